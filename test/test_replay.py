@@ -5,7 +5,7 @@ import pytest
 from diff_encoder_sim.cli import reencode
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.drives.trial_recording import read_trial
-from diff_encoder_sim.trials.robot_params import load_robot_params
+from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from launched_graph import DATA, ROOT, Graph, complaints, messages_of, require_ros
 from lockstep_trials import ALTO, plan_of, run_trial
 from node_interfaces import REPLAY, check_interfaces
@@ -20,7 +20,7 @@ SAME = ('/encoder_pulse', '/odom', '/tf', '/trial', '/trial_result', '/world_pos
 def record(path, bag_format):
     """A drive in lockstep, as a campaign records it in full."""
     plan = plan_of(TOUR, RECORDED_PPR, 3, nav='scripted', bag=path).model_copy(update={'bag_format': bag_format})
-    run_trial(plan, ALTO, load_robot_params(ROOT / 'config'), 'full')
+    run_trial(plan, ALTO, override(load_robot_config(ROOT / 'config'), {}), 'full')
     return path
 
 

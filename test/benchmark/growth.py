@@ -32,7 +32,7 @@ from diff_encoder_sim.navigation.navigator_params import NavfnParams
 from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.results import ResultStore
-from diff_encoder_sim.trials.robot_params import load_robot_params
+from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from diff_encoder_sim.trials.trials_csv import TABLE, TrialRow, table_of
 from lockstep_trials import run_trial
 
@@ -65,7 +65,10 @@ def scripted_trial(length_m: int, folder: Path) -> Work:
     """Run a scripted trial to and fro in the hallway, with its bag."""
     stretches = [Segment(straight=STRETCH_M * (-1) ** number) for number in range(round(length_m / STRETCH_M))]
     test = TestDefinition(name='to_and_fro', world='hallway', drive=stretches)
-    plan, params = bench.plan_of('SL', 90, 1, 'scripted', str(folder / 'trial.bag')), load_robot_params(bench.CONFIG)
+    plan, params = (
+        bench.plan_of('SL', 90, 1, 'scripted', str(folder / 'trial.bag')),
+        override(load_robot_config(bench.CONFIG), {}),
+    )
     plan = plan.model_copy(update={'trial': plan.trial.model_copy(update={'test': test})})
     return lambda: run_trial(plan, bench.ALTO, params, 'minimal')
 

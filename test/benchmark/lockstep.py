@@ -22,7 +22,7 @@ from diff_encoder_sim.robots.description import RobotSource, RobotTree
 from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import TICK_NS
-from diff_encoder_sim.trials.robot_params import RobotParams, load_robot_params
+from diff_encoder_sim.trials.robot_params import RobotParams, load_robot_config, override
 from lockstep_trials import run_trial
 
 BARE = 'bare stepping'
@@ -40,7 +40,7 @@ def main() -> None:
     print_header(f'{arguments.test} {arguments.ppr} PPR in lockstep, on one core, in {arguments.repeats} rounds')
     with tempfile.TemporaryDirectory() as folder:
         plan = plan_of(arguments.test, arguments.ppr, arguments.trial, bag=str(Path(folder) / 'trial.bag'))
-        params = load_robot_params(CONFIG)
+        params = override(load_robot_config(CONFIG), {})
         duration_s = run_trial(plan, ALTO, params, 'full').duration_s  # compiles, fills caches
         rounds = [_round(plan, params, duration_s) for _ in range(arguments.repeats)]
         costs_s = {name: statistics.median(costs[name] for costs in rounds) for name in (*MODES, BARE)}

@@ -9,7 +9,7 @@ from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, 
 from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan
 from diff_encoder_sim.trials.campaign_cells import LockstepOptions, TrialSetup
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
-from diff_encoder_sim.trials.robot_params import LatencyParams, load_robot_params
+from diff_encoder_sim.trials.robot_params import LatencyParams, load_robot_config, override
 from diff_encoder_sim.trials.trial_run import run_trials
 from places import ROOT
 
@@ -38,7 +38,7 @@ def plan_of(test, ppr=90, number=1, map_file=None, nav='embedded', bag='', **cha
 
 
 def params_of(latency=LatencyParams(), encoder_rate=20.0, **navigation):
-    params = load_robot_params(ROOT / 'config')
+    params = override(load_robot_config(ROOT / 'config'), {})
     return params._replace(
         latency=latency,
         encoder=params.encoder.model_copy(update={'rate': encoder_rate}),

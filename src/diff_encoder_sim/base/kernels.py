@@ -93,12 +93,7 @@ def _prepare_numba() -> None:
     # Set before numba is imported, even if empty: otherwise a .numba_config.yaml in the current folder could select a
     # folder with machine code of another user.
     _set_cache_folder(os.environ.get('NUMBA_CACHE_DIR', ''))
-
-    def type_of_kernel(kernel: Kernel, context: Any) -> Any:
-        del context
-        return numba.typeof(kernel.dispatcher)
-
-    numba.extending.typeof_impl.register(Kernel)(type_of_kernel)
+    numba.extending.typeof_impl.register(Kernel)(lambda kernel, _context: numba.typeof(kernel.dispatcher))
 
 
 def _set_cache_folder(folder: str) -> None:

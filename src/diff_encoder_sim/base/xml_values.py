@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import List, NamedTuple, Optional, Tuple
+from typing import List, Optional, Tuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -15,13 +15,6 @@ MOST = 1e6
 
 
 Vector = Tuple[float, float, float]
-
-
-class JointOrigin(NamedTuple):
-    """A joint's frame in its parent link."""
-
-    xyz_m: Vector
-    rpy_rad: Vector  # about the fixed axes x, then y, then z
 
 
 def parse_numbers(text: Optional[str], count: int, where: str) -> List[float]:
@@ -49,16 +42,6 @@ def parse_lengths(text: Optional[str], count: int, where: str) -> List[float]:
     if min(lengths_m) <= 0:
         raise ConfigError(f'{where}: given {text!r}; allowed: lengths greater than 0 [m]')
     return lengths_m
-
-
-def joint_origin(joint: ElementTree.Element, source: str = '') -> JointOrigin:
-    """Read a URDF joint's origin, zero by default; ConfigError, which begins with `source`, if not two vectors."""
-    origin = joint.find('origin')
-    attributes = origin.attrib if origin is not None else {}
-    where = f'{source}joint {joint.get("name")!r} origin'
-    x_m, y_m, z_m = parse_numbers(attributes.get('xyz', '0 0 0'), 3, f'{where} xyz')
-    roll_rad, pitch_rad, yaw_rad = parse_numbers(attributes.get('rpy', '0 0 0'), 3, f'{where} rpy')
-    return JointOrigin((x_m, y_m, z_m), (roll_rad, pitch_rad, yaw_rad))
 
 
 def joint_link(joint: ElementTree.Element, end: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 import heapq
 import math
 from typing import Optional, Tuple
@@ -17,27 +16,15 @@ from diff_encoder_sim.navigation.navigator_inputs import FARTHEST_M
 from diff_encoder_sim.navigation.navigator_params import NavfnParams
 
 
-class PlanProblem(enum.Enum):
-    """Kinds of failure to plan."""
-
-    NOT_FINITE = 'a coordinate is not finite'
-    OUTSIDE = 'outside the map'
-    IN_WALL = 'in a wall of the static map'
-    BLOCKED = 'in an obstacle'
-    UNREACHABLE = 'no path to the goal'
-
-    @property
-    def is_lasting(self) -> bool:
-        """Return whether neither waiting nor clearing obstacles can help."""
-        return self in (PlanProblem.NOT_FINITE, PlanProblem.OUTSIDE, PlanProblem.IN_WALL)
-
-
 class PlanError(ValueError):
-    """No plan was found; the text names the pose and the reason in one line."""
+    """No plan was found; the text names the pose and the reason in one line.
 
-    def __init__(self, problem: PlanProblem, text: str) -> None:
+    It `is_lasting` if neither waiting nor clearing obstacles can help.
+    """
+
+    def __init__(self, text: str, is_lasting: bool = False) -> None:
         super().__init__(text)
-        self.problem = problem
+        self.is_lasting = is_lasting
 
 
 STEP_CELLS = 0.5  # along the descent, navfn's pathStep
@@ -215,8 +202,7 @@ class GlobalPlanner:
             end_cell = (int(cells[nearest, 0]), int(cells[nearest, 1])) if is_near.any() else None
         path = descend(potential, *end_cell)[::-1] if end_cell else np.empty((0, 2))
         if end_cell is None or len(path) == 0:
-            text = f'there is no path to the goal ({goal.x_m:.2f}, {goal.y_m:.2f})'
-            raise PlanError(PlanProblem.UNREACHABLE, text)
+            raise PlanError(f'there is no path to the goal ({goal.x_m:.2f}, {goal.y_m:.2f})')
         origin, cell_m, end = self.costmap.origin, self.costmap.resolution_m, goal
         if end_cell != goal_cell:
             end = origin.compose(Pose2D((end_cell[1] + 0.5) * cell_m, (end_cell[0] + 0.5) * cell_m, 0.0))
@@ -228,13 +214,13 @@ class GlobalPlanner:
     def _cell_of(self, what: str, pose: Pose2D) -> Cell:
         """Return the cell of a pose, which may not be in the outermost cells: as in navfn they are blocked."""
         if not all(math.isfinite(value) for value in pose):
-            raise PlanError(PlanProblem.NOT_FINITE, f'{what} ({pose.x_m}, {pose.y_m}, {pose.yaw_rad}) is not finite')
+            raise PlanError(f'{what} ({pose.x_m}, {pose.y_m}, {pose.yaw_rad}) is not finite', is_lasting=True)
         if max(abs(pose.x_m), abs(pose.y_m)) <= FARTHEST_M:
             row, column = self.costmap.cell_at(pose.x_m, pose.y_m)
             rows, columns = self.costmap.shape
             if 0 < row < rows - 1 and 0 < column < columns - 1:
                 return row, column
-        raise PlanError(PlanProblem.OUTSIDE, f'{what} ({pose.x_m:.6g}, {pose.y_m:.6g}) is outside the map')
+        raise PlanError(f'{what} ({pose.x_m:.6g}, {pose.y_m:.6g}) is outside the map', is_lasting=True)
 
     def _weights(self, start_cell: Cell) -> np.ndarray:
         """Return the cost (rows, columns) of crossing each cell; the robot may always leave its own place."""
@@ -252,9 +238,8 @@ class GlobalPlanner:
         where = f'the goal ({goal.x_m:.2f}, {goal.y_m:.2f})'
         cost = self.costmap.cost_at(goal.x_m, goal.y_m)
         if cost == NO_INFORMATION:
-            return PlanError(PlanProblem.BLOCKED, f'{where} is in unknown space')
+            return PlanError(f'{where} is in unknown space')
         is_wall = self.costmap.is_static_obstacle(goal.x_m, goal.y_m)
-        problem, what = (PlanProblem.IN_WALL, 'a wall of the map') if is_wall else (PlanProblem.BLOCKED, 'an obstacle')
-        if cost == LETHAL:
-            return PlanError(problem, f'{where} is in {what}')
-        return PlanError(problem, f'{where} is so close to {what} that the robot would touch it')
+        what = 'a wall of the map' if is_wall else 'an obstacle'
+        near = f'in {what}' if cost == LETHAL else f'so close to {what} that the robot would touch it'
+        return PlanError(f'{where} is {near}', is_lasting=is_wall)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Callable, Dict, NamedTuple, Optional, Tuple
+from typing import Callable, Dict, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -218,9 +218,9 @@ def stop_parts(params: DwaParams, period_s: float, command_latency_s: float, ste
     }
 
 
-def stop_spread(params: DwaParams, period_s: float, command_latency_s: float, step: StopSpread) -> StopSpread:
-    """Return the stopping error of a robot at its goal, in which longitudinal errors add up; see `stop_parts`."""
-    *ahead, near = stop_parts(params, period_s, command_latency_s, step).values()
+def stop_spread(params: DwaParams, parts: Mapping[str, StopSpread]) -> StopSpread:
+    """Return the stopping error of a robot at its goal by `stop_parts`: longitudinal errors add up."""
+    *ahead, near = parts.values()
     if not ahead:  # the latch
         return near
     along_m, turn_rad = sum(part.position_m for part in ahead), sum(part.yaw_rad for part in ahead)

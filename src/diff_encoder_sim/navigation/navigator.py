@@ -239,7 +239,7 @@ class GoalRun:
             params, self.text = self._navigator.params, str(error)
             self._planning_retries += 1
             is_patience_over = _is_over(self._last_plan_ns, params.planner_patience, now_ns)
-            if error.problem.is_lasting:
+            if error.is_lasting:
                 self.end(inputs.GoalStatus.ABORTED, str(error))
             elif is_patience_over or 0 <= params.max_planning_retries < self._planning_retries:
                 self._call_recovery(inputs.Trigger.PLANNING)

@@ -6,7 +6,7 @@ import math
 from typing import Collection, List, Mapping, NamedTuple, Tuple
 from xml.etree import ElementTree
 
-from diff_encoder_sim.base.xml_values import Vector, joint_link, joint_origin, parse_numbers
+from diff_encoder_sim.base.xml_values import Vector, joint_link, parse_numbers
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.xacro_expansion import expansion
 
@@ -32,15 +32,18 @@ class LinkFrames:
         self.fixed: List[LinkFrame] = []
         self._turning: List[Tuple[str, Vector, LinkFrame]] = []
         for joint in ElementTree.fromstring(urdf).findall('joint'):
-            xyz_m, (roll_rad, pitch_rad, yaw_rad) = joint_origin(joint)
+            name, element = joint.get('name', ''), joint.find('origin')
+            origin = {} if element is None else element.attrib
+            x_m, y_m, z_m = parse_numbers(origin.get('xyz', '0 0 0'), 3, f'joint {name!r} origin xyz')
+            roll_rad, pitch_rad, yaw_rad = parse_numbers(origin.get('rpy', '0 0 0'), 3, f'joint {name!r} origin rpy')
             # Fixed axes: roll about x first, yaw about z last.
             tilt = _product(_about((0.0, 1.0, 0.0), pitch_rad), _about((1.0, 0.0, 0.0), roll_rad))
             quat = _as_kdl(_product(_about((0.0, 0.0, 1.0), yaw_rad), tilt))
-            frame = LinkFrame(joint_link(joint, 'parent'), joint_link(joint, 'child'), xyz_m, quat)
+            frame = LinkFrame(joint_link(joint, 'parent'), joint_link(joint, 'child'), (x_m, y_m, z_m), quat)
             if joint.get('type') == 'fixed':
                 self.fixed.append(frame)
                 continue
-            name, axis = joint.get('name', ''), joint.find('axis')
+            axis = joint.find('axis')
             text = '1 0 0' if axis is None else axis.get('xyz', '1 0 0')  # x is URDF's default
             x, y, z = parse_numbers(text, 3, f'joint {name!r} axis')
             length = math.sqrt(x * x + y * y + z * z)

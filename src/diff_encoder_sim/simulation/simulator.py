@@ -11,16 +11,8 @@ import numpy as np
 from pydantic import Field, field_validator
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounds import (
-    Between,
-    LengthOrZero_m,
-    PositiveAcceleration_mps2,
-    PositiveDuration_s,
-    PositiveSpeed_mps,
-    PositiveTurnAcceleration_radps2,
-    PositiveTurnRate_radps,
-    TravelVariance_m,
-)
+from diff_encoder_sim.base import bounds
+from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.params import Params, param
@@ -44,12 +36,14 @@ ABOVE_LIMIT = 1.0 + 1e-9  # of a limit; less is rounding
 class DriveParams(Params):
     """Limits of the motors and their controller."""
 
-    max_linear_speed: PositiveSpeed_mps = Field(1.0, description='commands are cut to it [m/s]')
-    max_angular_speed: PositiveTurnRate_radps = Field(2.0, description='commands are cut to it [rad/s]')
-    max_linear_acceleration: PositiveAcceleration_mps2 = Field(1.5, description='slope of the velocity ramp [m/s^2]')
-    max_angular_acceleration: PositiveTurnAcceleration_radps2 = param(6.0, 'slope of the turning-rate ramp [rad/s^2]')
-    wheel_torque: Annotated[float, Between(1e-6, 1e6, 'N m')] = Field(20.0, description='of each motor [N m]')
-    command_timeout: PositiveDuration_s = param(0.5, 'the robot stops after this time without a command [s]')
+    max_linear_speed: bounds.PositiveSpeed_mps = param(1.0, 'commands are cut to it [m/s]')
+    max_angular_speed: bounds.PositiveTurnRate_radps = param(2.0, 'commands are cut to it [rad/s]')
+    max_linear_acceleration: bounds.PositiveAcceleration_mps2 = param(1.5, 'slope of the velocity ramp [m/s^2]')
+    max_angular_acceleration: bounds.PositiveTurnAcceleration_radps2 = param(
+        6.0, 'slope of the turning-rate ramp [rad/s^2]'
+    )
+    wheel_torque: Annotated[float, Between(1e-6, 1e6, 'N m')] = param(20.0, 'of each motor [N m]')
+    command_timeout: bounds.PositiveDuration_s = param(0.5, 'the robot stops after this time without a command [s]')
 
 
 class DriveController:
@@ -110,16 +104,16 @@ CONTACT_DISTANCE_STD = 4e-6
 class WheelErrorParams(Params):
     """Errors of the true robot against the nominal one; left out, there are none."""
 
-    left_radius_error: GeometryError = Field(0.0, description='true against nominal radius, relative')
-    right_radius_error: GeometryError = Field(0.0, description='true against nominal radius, relative')
-    wheel_separation_error: GeometryError = Field(0.0, description='true against nominal separation, relative')
-    radius_spread: Spread = Field(
-        0.0, description="standard deviation of each wheel's radius from robot to robot, relative; drawn by the seed"
+    left_radius_error: GeometryError = param(0.0, 'true against nominal radius, relative')
+    right_radius_error: GeometryError = param(0.0, 'true against nominal radius, relative')
+    wheel_separation_error: GeometryError = param(0.0, 'true against nominal separation, relative')
+    radius_spread: Spread = param(
+        0.0, "standard deviation of each wheel's radius from robot to robot, relative; drawn by the seed"
     )
-    wheel_separation_spread: Spread = Field(0.0, description='likewise of the separation')
-    left_slip: Slip = Field(0.0, description='fraction of the rolled distance that is lost')
-    right_slip: Slip = Field(0.0, description='fraction of the rolled distance that is lost')
-    slip_noise: TravelVariance_m = Field(0.0, description="variance of a wheel's lost travel per metre of it [m^2/m]")
+    wheel_separation_spread: Spread = param(0.0, 'likewise of the separation')
+    left_slip: Slip = param(0.0, 'fraction of the rolled distance that is lost')
+    right_slip: Slip = param(0.0, 'fraction of the rolled distance that is lost')
+    slip_noise: bounds.TravelVariance_m = param(0.0, "variance of a wheel's lost travel per metre of it [m^2/m]")
 
     def geometry(self, rng: np.random.Generator) -> GeometryErrors:
         """Draw the errors that make another robot, as those of slip do not."""
@@ -187,13 +181,13 @@ class SimulatorParams(Params):
     wheel_diameter: WheelDiameterOrZero_m = param(
         0.0, 'nominal one of the robot, which its controller knows [m]; 0: as in the robot file'
     )
-    wheel_separation: LengthOrZero_m = Field(
-        0.0, description='between the contact points, nominal one of the robot [m]; 0: as in the robot file'
+    wheel_separation: bounds.LengthOrZero_m = param(
+        0.0, 'between the contact points, nominal one of the robot [m]; 0: as in the robot file'
     )
-    drive: DriveParams = Field(DriveParams(), description='motors and their controller')
-    lidar: LidarParams = Field(LidarParams(), description='LiDAR')
-    physics: PhysicsParams = Field(PhysicsParams(), description='settings of PyBullet')
-    wheel_errors: WheelErrorParams = Field(WheelErrorParams(), description='errors of the wheels')
+    drive: DriveParams = param(DriveParams(), 'motors and their controller')
+    lidar: LidarParams = param(LidarParams(), 'LiDAR')
+    physics: PhysicsParams = param(PhysicsParams(), 'settings of PyBullet')
+    wheel_errors: WheelErrorParams = param(WheelErrorParams(), 'errors of the wheels')
 
     def choices(self) -> RobotChoices:
         """Return what these parameters say about the robot."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import collections
 import math
 import time
-from typing import Callable, Counter, Dict, Optional, Sequence, TextIO, Tuple
+from typing import Counter, Dict, Optional, Sequence, TextIO, Tuple
 
 from tabulate import tabulate
 from tqdm import tqdm
@@ -46,14 +46,9 @@ class Progress:
     """
 
     def __init__(
-        self,
-        stream: TextIO,
-        campaign: Campaign,
-        pending: Sequence[RequestedTrial],
-        done: Sequence[TrialRow] = (),
-        clock: Callable[[], float] = time.monotonic,
+        self, stream: TextIO, campaign: Campaign, pending: Sequence[RequestedTrial], done: Sequence[TrialRow] = ()
     ) -> None:
-        """`done` are the results of earlier runs; `clock` returns seconds."""
+        """`done` are the results of earlier runs."""
         self._drives_s = {test.name: shortest_drive_s(test, campaign.params.nav) for test in campaign.tests}
         self._left_s = sum(self._drives_s[trial.cell.test.name] for trial in pending)
         self._driven_s = ASSUMED_FOR_S * ASSUMED_SPEED + sum(self._drives_s[row.test] for row in done)
@@ -61,7 +56,7 @@ class Progress:
         self.total, self.done, self.done_now = len(pending) + len(done), len(done), 0
         self._failed = sum(row.outcome is not Outcome.SUCCEEDED for row in done)
         self._simulated_s, self._workers = 0.0, 0
-        self._stream, self._clock, self._began_s = stream, clock, clock()
+        self._stream, self._began_s = stream, time.monotonic()
         self._shown = self.done, -LINE_EVERY_S, False  # trials, time and whether there were workers at the last line
         self._bar = tqdm(
             total=self.total,
@@ -118,7 +113,7 @@ class Progress:
 
     def wall_time_s(self) -> float:
         """Return the time since the start [s]."""
-        return self._clock() - self._began_s
+        return time.monotonic() - self._began_s
 
     def real_time_factor(self) -> float:
         """Return simulated seconds per second of wall time."""
@@ -129,7 +124,7 @@ class Progress:
             self._bar.set_description_str(self.text(), refresh=False)
             self._bar.update(self.done - self._bar.n)
             return
-        now_s, (shown_done, shown_s, had_workers) = self._clock(), self._shown
+        now_s, (shown_done, shown_s, had_workers) = time.monotonic(), self._shown
         is_far = self.done - shown_done >= LINE_EVERY_FRACTION * self.total or self.done == self.total > shown_done
         if is_far or (self._workers > 0 and not had_workers) or now_s - shown_s >= LINE_EVERY_S:
             print(self.text(), file=self._stream, flush=True)

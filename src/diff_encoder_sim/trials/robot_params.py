@@ -18,7 +18,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.navigation.goal_stopping import StopSpread, stop_parts, stop_spread
-from diff_encoder_sim.navigation.navigator_params import DwaParams, NavigatorParams
+from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.robots.robot_file import RobotFile, RobotSetup, load_robot_file, set_up_robot
 from diff_encoder_sim.simulation import simulator as simulation
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
@@ -99,11 +99,6 @@ class RobotParams(NamedTuple):
     amcl: AmclParams
     navigator: NavigatorParams
     latency: LatencyParams
-
-
-def load_robot_params(config_folder: Union[str, Path]) -> RobotParams:
-    """Load the parameters that trial.launch gives its nodes; ConfigError if a file is missing or bad."""
-    return override(load_robot_config(config_folder), {})
 
 
 def load_robot_config(config_folder: Union[str, Path], instead: Optional[Mapping[str, Path]] = None) -> RobotConfig:
@@ -189,21 +184,16 @@ _ENDS = {'latch': 'ends anywhere within', 'precise': 'drives up to within about'
 
 def spread_with(params: RobotParams, ppr: PerWheel) -> StopSpread:
     """Return the estimated distance from the goal at which the robot stops with an encoder."""
-    return stop_spread(*_loop(params, ppr))
+    return stop_spread(params.navigator.DWAPlannerROS, parts_with(params, ppr))
 
 
 def parts_with(params: RobotParams, ppr: PerWheel) -> Dict[str, StopSpread]:
     """Return the distance of `spread_with` by its causes."""
-    return stop_parts(*_loop(params, ppr))
-
-
-def _loop(params: RobotParams, ppr: PerWheel) -> Tuple[DwaParams, float, float, StopSpread]:
-    """Return the stopping error of the control loop."""
     odometry, navigator = params.odometry, params.navigator
     diameter = odometry.wheel_diameter
     pulse_m = max(math.pi * diameter.left / ppr.left, math.pi * diameter.right / ppr.right)
     step = StopSpread(pulse_m, pulse_m / odometry.wheel_separation)
-    return navigator.DWAPlannerROS, navigator.control_period_s, params.latency.command, step
+    return stop_parts(navigator.DWAPlannerROS, navigator.control_period_s, params.latency.command, step)
 
 
 def stopping_line(params: RobotParams, pprs: Sequence[PerWheel]) -> str:

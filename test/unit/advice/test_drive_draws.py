@@ -27,7 +27,7 @@ from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.simulated_robot import TrueWheels
 from diff_encoder_sim.robots.wheel_quality import EXACT, WheelQuality
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
-from diff_encoder_sim.trials.robot_params import load_robot_params
+from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from drawn_drives import LINE_M, calibrated, encoder_of, line, one_by_one, robot_of, rolled
 from encoder_drives import RADIUS_M, SEPARATION_M
 from lockstep_trials import ALTO, HALL, params_of, plan_of
@@ -178,7 +178,7 @@ def test_errors_under_way_end_as_at_the_goal():
 
 
 def test_a_robot_is_read_from_its_files():
-    params = load_robot_params(ROOT / 'config')
+    params = override(load_robot_config(ROOT / 'config'), {})
     robot = drawn_robot(SOURCE, params)
     assert tuple(robot.sound) == pytest.approx((0.1, 0.1, 0.4))
     assert (robot.errors, robot.odometry, robot.axle_x_m) == (params.simulator.wheel_errors, params.odometry, 0.0)
@@ -188,7 +188,7 @@ def test_a_robot_is_read_from_its_files():
 @pytest.fixture(scope='module')
 def bent():
     """A scripted drive; errors of the robot's wheels are left to the draws."""
-    params = load_robot_params(ROOT / 'config')
+    params = override(load_robot_config(ROOT / 'config'), {})
     simulator = params.simulator.model_copy(update={'wheel_errors': WRONG_WHEELS})
     start, segments = {'x': 1.0, 'yaw': 1.0}, [{'straight': 0.5}, {'turns': 0.3}]
     test = TestDefinition.from_mapping({'name': 'bent', 'world': 'hallway', 'start': start, 'drive': segments}, '')

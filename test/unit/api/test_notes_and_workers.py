@@ -15,7 +15,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.campaign import parse
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.progress import Progress
-from diff_encoder_sim.trials.robot_params import load_robot_params
+from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from places import CONFIG, ROOT
 
 STOP, TOLERANCE = 'navigation.DWAPlannerROS.stop', 'navigation.DWAPlannerROS.xy_goal_tolerance'
@@ -68,7 +68,7 @@ def test_each_stop_has_its_line_and_one_that_spends_more_than_results_are_judged
 
 
 def test_a_live_trial_says_it_for_the_stack_it_runs(capsys):
-    params = load_robot_params(CONFIG)
+    params = override(load_robot_config(CONFIG), {})
     for nav, expected in (('embedded', 'stopping: precise'), ('upstream', 'anywhere within 50 mm'), ('scripted', '')):
         name_stopping_of_trial(nav, params)
         assert expected in capsys.readouterr().err

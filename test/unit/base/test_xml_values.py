@@ -1,7 +1,6 @@
-"""Numbers, rotations and joints from the XML of SDF and URDF files."""
+"""Numbers and rotations from the XML of SDF and URDF files."""
 
 import math
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -9,14 +8,11 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.xml_values import (
     bounded_numbers,
-    joint_origin,
     parse_lengths,
     parse_numbers,
     rotation_from_rpy,
     rpy_from_rotation,
 )
-
-JOINT = """<joint name="j"><parent link="base"/>{}</joint>"""
 
 
 @pytest.mark.parametrize(
@@ -28,16 +24,6 @@ def test_numbers_that_are_not_as_they_should_be_are_refused_by_name(read, text):
     assert read('1 2.5', 2, 'size') == [1.0, 2.5]
     with pytest.raises(ConfigError, match='a file: size: given .*; allowed: '):
         read(text, 2, 'a file: size')
-
-
-def test_a_joints_origin_is_zero_unless_it_has_one():
-    def origin(text, source=''):
-        return joint_origin(ElementTree.fromstring(JOINT.format(text)), source)
-
-    assert origin('') == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    assert origin('<origin rpy="0 0.5 0"/>') == ((0.0, 0.0, 0.0), (0.0, 0.5, 0.0))
-    with pytest.raises(ConfigError, match="robot.urdf: joint 'j' origin xyz: given '1 0'"):
-        origin('<origin xyz="1 0"/>', 'robot.urdf: ')
 
 
 @pytest.mark.parametrize('pitch_rad', [0.0, 0.3, -1.2, math.pi / 2, -math.pi / 2])

@@ -7,7 +7,14 @@ import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.navigation import goal_stopping
-from diff_encoder_sim.navigation.goal_stopping import Motion, PreciseStop, StopSpread, TurnToPath, stop_spread
+from diff_encoder_sim.navigation.goal_stopping import (
+    Motion,
+    PreciseStop,
+    StopSpread,
+    TurnToPath,
+    stop_parts,
+    stop_spread,
+)
 from diff_encoder_sim.navigation.navigator_inputs import STOP, Command
 from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, NavigatorParams, recoveries_of
 from navigation_simulation import PERIOD_S, Robot, dwa_params, local_costmap, straight_plan, winding_plan
@@ -170,18 +177,22 @@ def test_speeds_keep_the_limits(changes, slowest, fastest):
     assert np.abs(np.diff(speeds)).max(initial=0.0) <= 0.7 * 0.05 + 1e-9
 
 
+def spread(params, pulse):
+    return stop_spread(params, stop_parts(params, 0.05, 0.02, pulse))
+
+
 @pytest.mark.parametrize(
     ('changes', 'expected_m'),
     [({}, 0.05), ({'latch_margin': 0.2}, 0.04), ({'latch_margin': 0.2, 'latch_xy_goal_tolerance': False}, 0.05)],
 )
 def test_latch_ends_on_the_edge_of_what_it_latches(changes, expected_m):
-    assert stop_spread(dwa_params(**changes), 0.05, 0.02, StopSpread(0.02, 0.04)) == pytest.approx((expected_m, 0.052))
+    assert spread(dwa_params(**changes), StopSpread(0.02, 0.04)) == pytest.approx((expected_m, 0.052))
 
 
 def test_precise_is_what_the_control_loop_leaves_and_a_pulse_up_to_the_tolerance():
     """At 20 Hz: 39 mm/s at the end, 1.1 mm of braking, 1 mm of half a period, 0.8 mm of latency, 5 mm aside."""
     pulses = StopSpread(0.0, 0.0), StopSpread(0.0157, 0.03), StopSpread(1.0, 1.0)
-    fine, coarse, none = (stop_spread(dwa_params(stop='precise'), 0.05, 0.02, pulse) for pulse in pulses)
+    fine, coarse, none = (spread(dwa_params(stop='precise'), pulse) for pulse in pulses)
     speed = 0.7 * (math.sqrt(0.1**2 + 2 * 0.005 / 0.7) - 0.1)
     along_m = speed**2 / 1.4 + 0.5 * speed * 0.05 + speed * 0.02
     assert fine == pytest.approx((math.hypot(along_m, 0.005), 0.052 / 3.0)) and 0.005 < fine.position_m < 0.006

@@ -7,7 +7,7 @@ from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.robots.describing import LIMITS
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.robot_file import derived_settings, load_robot_file, set_up_robot
-from diff_encoder_sim.trials.robot_params import check_key, load_robot_config, load_robot_params, override
+from diff_encoder_sim.trials.robot_params import check_key, load_robot_config, override
 from urdf_texts import ball, base, described, found, joint, laser_sensor, link, pair, plugin, robot, usual, wheel
 
 
@@ -137,7 +137,7 @@ def test_navigator_and_amcl_ask_for_no_more_than_drive_and_scanner_give():
 
 
 def test_what_is_printed_as_default_is_the_default():
-    drive = load_robot_params(package_folder() / 'config').simulator.drive
+    drive = override(load_robot_config(package_folder() / 'config'), {}).simulator.drive
     printed = {key: value for key, (_, value) in LIMITS.items() if key != 'wheel_torque'}
     assert printed == {key: getattr(drive, key) for key in printed}
     value, source = found(described(usual()), 'highest speed [m/s]')

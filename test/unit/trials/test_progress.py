@@ -7,6 +7,7 @@ import pytest
 
 from diff_encoder_sim.drives.test_definition import load_test
 from diff_encoder_sim.drives.trial_definition import Outcome
+from diff_encoder_sim.trials import progress as progress_module
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.progress import ASSUMED_FOR_S, ASSUMED_SPEED, Progress, outcome_table, shortest_drive_s
 from diff_encoder_sim.trials.trials_csv import TrialRow
@@ -24,15 +25,22 @@ def row(outcome=Outcome.SUCCEEDED, test='SL', ppr='40', varied=(), wall_time_s=1
     return TrialRow(test, ppr, varied, 1, 1, outcome, '', 50.0, {}, 20.0, wall_time_s, '')
 
 
+@pytest.fixture
+def clock(monkeypatch):
+    clock = SimpleNamespace(now_s=0.0)
+    monkeypatch.setattr(progress_module, 'time', SimpleNamespace(monotonic=lambda: clock.now_s))
+    return clock
+
+
 def begun(paper, pending, done=(), is_terminal=False):
-    """Progress of a number of trials of SL, after results of earlier runs, its clock and the stream of its lines."""
-    clock, stream = SimpleNamespace(now_s=0.0), io.StringIO()
+    """Progress of a number of trials of SL, after results of earlier runs, and the stream of its lines."""
+    stream = io.StringIO()
     stream.isatty = lambda: is_terminal
-    return Progress(stream, paper, paper.trials()[:1] * pending, list(done), lambda: clock.now_s), clock, stream
+    return Progress(stream, paper, paper.trials()[:1] * pending, list(done)), stream
 
 
-def test_lines_are_printed_at_once_with_the_first_worker_and_then_as_trials_end_or_time_passes(paper):
-    progress, clock, stream = begun(paper, 10)
+def test_lines_are_printed_at_once_with_the_first_worker_and_then_as_trials_end_or_time_passes(paper, clock):
+    progress, stream = begun(paper, 10)
     for clock.now_s in range(5):
         progress.tick(0 if clock.now_s < 2 else 2)
     progress.add(row(Outcome.COLLISION))
@@ -40,20 +48,20 @@ def test_lines_are_printed_at_once_with_the_first_worker_and_then_as_trials_end_
     assert first == '0 of 10 trials, 0 failed, waiting for workers to start'
     assert second.startswith('0 of 10 trials, 0 failed, 2 workers, about 00:0')
     assert third.startswith('1 of 10 trials, 1 failed, 2 workers, 12 x real time, about 00:0')
-    progress, _, stream = begun(paper, 200)
+    progress, stream = begun(paper, 200)
     progress.tick(1)
     for _ in range(200):
         progress.add(row())
     assert [int(line.split()[0]) for line in stream.getvalue().splitlines()] == [0, *range(20, 201, 20)]
     assert stream.getvalue().endswith('about 00:00 left\n')
-    progress, clock, stream = begun(paper, 1000)
+    progress, stream = begun(paper, 1000)
     for clock.now_s in range(100):
         progress.tick(3)
     assert len(stream.getvalue().splitlines()) == 4
 
 
-def test_trials_of_earlier_runs_count_but_not_for_speed_and_a_terminal_gets_a_bar(paper):
-    progress, clock, stream = begun(paper, 1, [row(), row(Outcome.LOST)], is_terminal=True)
+def test_trials_of_earlier_runs_count_but_not_for_speed_and_a_terminal_gets_a_bar(paper, clock):
+    progress, stream = begun(paper, 1, [row(), row(Outcome.LOST)], is_terminal=True)
     with progress:
         clock.now_s = 4.0
         progress.tick(1)
@@ -92,12 +100,12 @@ def test_the_first_guess_is_of_the_right_size_and_measured_trials_replace_it(pap
     progress.add(row(wall_time_s=6.0))  # it waited for machine code
     assert guess_s < progress.left_s() < 3 * guess_s
     for speed in (5.0, 500.0):
-        progress, _, _ = begun(paper, 1010)
+        progress, _ = begun(paper, 1010)
         for _ in range(1000):
             progress.add(row(wall_time_s=SL_S / speed))
         assert progress.left_s() == pytest.approx(10 * SL_S / speed, rel=0.2)
     work_s, driven_s = ASSUMED_FOR_S + 100.0, ASSUMED_FOR_S * ASSUMED_SPEED + 10 * DLD_S
-    progress, _, _ = begun(paper, 1, [row(test='DLD', wall_time_s=10.0)] * 10)
+    progress, _ = begun(paper, 1, [row(test='DLD', wall_time_s=10.0)] * 10)
     assert progress.left_s() == pytest.approx(SL_S * work_s / driven_s)
     progress.add(row())
     assert progress.left_s() == 0.0

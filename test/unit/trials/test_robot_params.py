@@ -20,7 +20,7 @@ from diff_encoder_sim.simulation.simulator import (
     WheelErrorParams,
 )
 from diff_encoder_sim.trials import robot_params
-from diff_encoder_sim.trials.robot_params import LatencyParams, load_robot, load_robot_config, load_robot_params
+from diff_encoder_sim.trials.robot_params import LatencyParams, load_robot, load_robot_config, override
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, USUAL_MOTION_NOISE, OdometryParams
 from places import CONFIG, ROOT
 
@@ -47,10 +47,10 @@ def test_a_file_that_is_missing_or_bad_is_named(tmp_path):
     shutil.copytree(CONFIG, folder)
     (folder / 'amcl.yaml').write_text('max_particles: many\n')
     with pytest.raises(ConfigError, match=f"^{folder}/amcl.yaml: max_particles: given 'many'"):
-        load_robot_params(folder)
+        override(load_robot_config(folder), {})
     (folder / 'amcl.yaml').unlink()
     with pytest.raises(ConfigError, match='amcl.yaml: cannot be read'):
-        load_robot_params(folder)
+        override(load_robot_config(folder), {})
 
 
 def test_a_latency_is_whole_ticks():
@@ -104,7 +104,7 @@ def test_every_robot_of_the_package_is_loaded_by_name(name):
             'wheel_separation': 0.0,
         }  # as in the URDF, or the same numbers
         params = params._replace(simulator=params.simulator.model_copy(update=nominal))
-        assert (robot.name, params) == ('alto', load_robot_params(CONFIG))
+        assert (robot.name, params) == ('alto', override(load_robot_config(CONFIG), {}))
 
 
 def robot_file(folder, **settings):
