@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import collections
 import io
 import itertools
 import struct
-import sys
 from functools import partial
 from pathlib import Path
 from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union, cast
 
 import lz4.frame
-import numpy as np
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag1 import Writer as Ros1Writer
-from rosbags.rosbag1.writer import WriteChunk
+from rosbags.rosbag1.reader import RecordType
+from rosbags.rosbag1.writer import Header, WriteChunk
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.message_encoders import LENGTH, with_seq
+from diff_encoder_sim.drives.message_encoders import TIME, with_seq
 from diff_encoder_sim.drives.topics import BagFormat, RecordedTopic
 from diff_encoder_sim.drives.typestore import definition, ros2_definition, to_cdr
 
@@ -28,10 +26,7 @@ SUFFIXES: Dict[BagFormat, str] = {'ros1': '.bag', 'mcap': '.mcap'}
 # A message in the form of a file: its connection or channel, its time [ns], its content.
 Prepared = Tuple[int, int, bytes]
 
-# The ROS 1 format's http://wiki.ros.org/Bags/Format/2.0: a header of fields, each after its length, then the data.
-_TIME_SIZE = 8
 _TIME_AND_LENGTH = struct.Struct('<3I')
-_MESSAGE, _INDEX_DATA, _CHUNK = b'\2', b'\4', b'\5'  # operations
 
 
 class Ros1File(Ros1Writer):
@@ -80,22 +75,10 @@ class Ros1File(Ros1Writer):
 
     def write_chunk(self, chunk: WriteChunk) -> None:
         """Write a chunk and its index."""
-        content = chunk.data.getvalue()
-        if not content:
-            return
-        assert self.bio is not None  # open
-        chunk.pos = self.bio.tell()
-        compression, size = self.compression_format.encode(), LENGTH.pack(len(content))
-        self.bio.write(_record(_CHUNK, self.compressor(content), compression=compression, size=size))
+        super().write_chunk(chunk)
+        # rosbags keeps the place of every message; of a written chunk it uses only their number.
         for connection_id, places in chunk.connections.items():
-            fields = dict(ver=LENGTH.pack(1), conn=LENGTH.pack(connection_id), count=LENGTH.pack(len(places)))
-            times_ns, offsets = np.array(places, np.int64).T
-            entries = np.column_stack([*np.divmod(times_ns, NANOSECONDS_PER_SECOND), offsets]).astype('<u4').tobytes()
-            self.bio.write(_record(_INDEX_DATA, entries, **fields))
-            # rosbags keeps the place of every message; of a written chunk it uses only their number.
             chunk.connections[connection_id] = cast('List[Tuple[int, int]]', range(len(places)))
-        chunk.data.close()
-        self.chunks.append(WriteChunk(io.BytesIO(), -1, sys.maxsize, 0, collections.defaultdict(list)))
 
     def abandon(self) -> None:
         """Close the file without an index."""
@@ -105,26 +88,17 @@ class Ros1File(Ros1Writer):
 
 def record_header(connection_id: int) -> bytes:
     """Return the beginning of the records of a connection's messages, up to the time."""
-    fields = _fields(op=_MESSAGE, conn=LENGTH.pack(connection_id), time=bytes(_TIME_SIZE))
-    return LENGTH.pack(len(fields)) + fields[:-_TIME_SIZE]
+    header, record = Header(), io.BytesIO()
+    header.set_uint32('conn', connection_id)
+    header.set_time('time', 0)
+    header.write(record, RecordType.MSGDATA)
+    return record.getvalue()[: -TIME.size]
 
 
 def encode_record(header: bytes, time_ns: int, message: bytes) -> bytes:
     """Return the record of a message; its header is that of `record_header`."""
     seconds, nanoseconds = divmod(time_ns, NANOSECONDS_PER_SECOND)
     return header + _TIME_AND_LENGTH.pack(seconds, nanoseconds, len(message)) + message
-
-
-def _fields(**fields: bytes) -> bytes:
-    """Return fields of a record's header, in this order."""
-    every = [f'{name}='.encode() + value for name, value in fields.items()]
-    return b''.join(LENGTH.pack(len(field)) + field for field in every)
-
-
-def _record(operation: bytes, data: bytes, **fields: bytes) -> bytes:
-    """Return a record of any kind, its header's fields in this order."""
-    header = _fields(op=operation, **fields)
-    return LENGTH.pack(len(header)) + header + LENGTH.pack(len(data)) + data
 
 
 def _fill(chunk: WriteChunk, records: Sequence[Prepared]) -> None:
