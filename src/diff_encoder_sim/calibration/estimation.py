@@ -11,20 +11,9 @@ from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.calibration import likelihood
 from diff_encoder_sim.calibration.first_guess import LEAST_SIZE_M, UNRELATED, FirstGuess, first_guess
-from diff_encoder_sim.calibration.likelihood import (
-    GEOMETRY,
-    INDEX,
-    LONGEST_DELAY_S,
-    NAMES,
-    UNSTATED_STD,
-    WINDOW_S,
-    Track,
-    Uncertainty,
-    free_parameters,
-    maximise,
-    uncertainty_at,
-)
+from diff_encoder_sim.calibration.likelihood import GEOMETRY, INDEX, NAMES, Track, Uncertainty
 from diff_encoder_sim.calibration.umbmark import WheelGeometry
 from diff_encoder_sim.drives.reference import Reference
 
@@ -118,7 +107,7 @@ def calibrate(
     whole = [track_of(each) for each in drives]
     guesses = [guess_of(each.name, track, nominal) for each, track in zip(drives, whole)]
     start = _start(whole, guesses, nominal)
-    free = free_parameters(whole, start)
+    free = likelihood.free_parameters(whole, start)
     start[free] = (start if near is None else near)[free]
     parameters, parts = _fitted([track.without_gaps() for track in whole], start, near is None)
     for each, tracks in zip(drives, parts):
@@ -127,8 +116,8 @@ def calibrate(
                 f'{each.name}: given no {SHORTEST_PIECE_S:g} s without a disturbance; allowed: a steadier one'
             )
     tracks = [track for of_drive in parts for track in of_drive]
-    parameters = uncertainty_at(tracks, parameters).restricted(parameters)
-    uncertainty = uncertainty_at(tracks, parameters)
+    parameters = likelihood.uncertainty_at(tracks, parameters).restricted(parameters)
+    uncertainty = likelihood.uncertainty_at(tracks, parameters)
     # Errors of the geometry that no residual shows: of lengths that are nominal, and of the reference's scale.
     nominal_errors = NOMINAL_STD * NOMINAL_ERRORS[np.diag(uncertainty.expected)[GEOMETRY] == 0.0]
     hidden_errors = np.vstack((nominal_errors, np.full(3, max(each.reference.scale_std for each in drives))))
@@ -147,7 +136,7 @@ def track_of(drive: ReferencedDrive) -> Track:
     stamps_ns, angles_rad = drive.drive.stamps_ns, drive.drive.wheel_angles_rad
     times_s = (stamps_ns - stamps_ns[0]) / NANOSECONDS_PER_SECOND
     pose_times_s = (drive.reference.stamps_ns - stamps_ns[0]) / NANOSECONDS_PER_SECOND
-    inside = (pose_times_s > LONGEST_DELAY_S) & (pose_times_s < times_s[-1] - LONGEST_DELAY_S)
+    inside = (pose_times_s > likelihood.LONGEST_DELAY_S) & (pose_times_s < times_s[-1] - likelihood.LONGEST_DELAY_S)
     inside &= np.isfinite(drive.reference.poses[:, :2]).all(axis=1)
     together_s = float(np.ptp(pose_times_s[inside])) if inside.any() else 0.0
     if together_s < SHORTEST_S:
@@ -168,7 +157,7 @@ def track_of(drive: ReferencedDrive) -> Track:
     poses = drive.reference.poses[rows]
     components = 3 if np.isfinite(poses[0, 2]) else 2
     if drive.reference.covariances is None:
-        covariances = np.tile(np.eye(3) * UNSTATED_STD**2, (len(poses), 1, 1))
+        covariances = np.tile(np.eye(3) * likelihood.UNSTATED_STD**2, (len(poses), 1, 1))
     else:
         covariances = drive.reference.covariances[rows]
     of_poses = pose_times_s[rows], poses, covariances[:, :components, :components]
@@ -243,7 +232,7 @@ def _fitted(whole: List[List[Track]], parameters: np.ndarray, is_guess: bool) ->
         if found == before and not is_first:
             break
         # The noise is fitted after the geometry, without disturbances: a large one would explain them all.
-        parameters = maximise(pieces, parameters, is_rough=is_guess and turn == 0)
+        parameters = likelihood.maximise(pieces, parameters, is_rough=is_guess and turn == 0)
         before = found
     return parameters, parts
 
@@ -267,7 +256,7 @@ def pieces_of(track: Track, parameters: np.ndarray, is_first: bool = False, usua
         worst = int(np.where(is_used, distances, 0.0).argmax())
         if not is_used[worst] or distances[worst] <= least:
             track.is_used = is_used
-            return [track] if is_used.sum() * WINDOW_S >= SHORTEST_PIECE_S else []
+            return [track] if is_used.sum() * likelihood.WINDOW_S >= SHORTEST_PIECE_S else []
         is_used[worst] = False
         after = worst + 1 + int(np.argmax(np.append(is_used[worst + 1 :], True)))
         if after < len(is_used) and track.distances(parameters, is_used)[after] > least:

@@ -10,18 +10,8 @@ import numpy as np
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import wrap_angles
-from diff_encoder_sim.calibration.estimation import (
-    Calibration,
-    ReferencedDrive,
-    calibrate,
-    odometry_path,
-    pieces_of,
-    reach_of,
-    rows_of_start,
-    start_heading,
-    track_of,
-    with_geometry,
-)
+from diff_encoder_sim.calibration import estimation
+from diff_encoder_sim.calibration.estimation import Calibration, ReferencedDrive
 from diff_encoder_sim.calibration.likelihood import INDEX, NOISE, NOISE_STEP, STEPS, Track, moved
 from diff_encoder_sim.calibration.umbmark import WheelGeometry
 
@@ -51,17 +41,20 @@ def cross_predictions(
 ) -> List[Prediction]:
     """Predict each drive from all others; the second half of a single one from its first; `near` as in `calibrate`."""
     parts, tested = (drives, range(len(drives))) if len(drives) > 1 else (_halves(drives[0]), range(1, 2))
-    return [predict(calibrate([*parts[:at], *parts[at + 1 :]], nominal, near), parts[at], nominal) for at in tested]
+    return [
+        predict(estimation.calibrate([*parts[:at], *parts[at + 1 :]], nominal, near), parts[at], nominal)
+        for at in tested
+    ]
 
 
 def predict(calibration: Calibration, drive: ReferencedDrive, nominal: Optional[WheelGeometry] = None) -> Prediction:
     """Predict the end of a drive, or of its longest part between disturbances; ConfigError if it is too short."""
     parameters, uncertainty = calibration.parameters, calibration.uncertainty
-    pieces = pieces_of(track_of(drive), parameters)
+    pieces = estimation.pieces_of(estimation.track_of(drive), parameters)
     if not pieces:
         raise ConfigError(f'{drive.name}: given no part without a disturbance; allowed: a steadier drive')
     track = max(pieces, key=lambda each: float(np.ptp(each.pose_times_s)))
-    track.start_yaw_rad = start_heading(track, parameters, ALIGNED_OVER_M)
+    track.start_yaw_rad = estimation.start_heading(track, parameters, ALIGNED_OVER_M)
     error, covariance = _end_error(track, parameters)
     slopes = np.zeros((3, len(parameters)))
     for index in np.flatnonzero(np.diag(uncertainty.expected)).tolist():
@@ -74,8 +67,8 @@ def predict(calibration: Calibration, drive: ReferencedDrive, nominal: Optional[
     ]
     std = np.sqrt(more + [uncertainty.variance(row) for row in slopes])
     freedoms = map(uncertainty.freedom, slopes, more, np.transpose(by_noise))
-    reach = std * [reach_of(LEVEL, freedom) for freedom in freedoms]
-    nominal_error = None if nominal is None else _end_error(track, with_geometry(parameters, nominal))[0]
+    reach = std * [estimation.reach_of(LEVEL, freedom) for freedom in freedoms]
+    nominal_error = None if nominal is None else _end_error(track, estimation.with_geometry(parameters, nominal))[0]
     motions = track.motions(parameters, track.pose_times_s[[0, -1]] - parameters[INDEX['reference_delay_s']])
     length_m = float(0.5 * np.diff(motions[:, 3:5], axis=0).sum())
     duration_s = float(np.ptp(track.pose_times_s))
@@ -86,8 +79,8 @@ def _end_error(track: Track, parameters: np.ndarray) -> Tuple[np.ndarray, np.nda
     """Return the mean error of the last part (3,) and its covariance (3, 3), without that of the parameters."""
     delay_s = parameters[INDEX['reference_delay_s']]
     motions, rows = track.motions(parameters, track.middles_s - delay_s), slice(track.first_rows[-2], None)
-    of_rows, path = odometry_path(track, parameters)
-    is_aligned = track.first_rows[track.first_parts[:-1]] < rows_of_start(path, ALIGNED_OVER_M)
+    of_rows, path = estimation.odometry_path(track, parameters)
+    is_aligned = track.first_rows[track.first_parts[:-1]] < estimation.rows_of_start(path, ALIGNED_OVER_M)
     is_aligned[:2] = True
     _, _, state, covariance = track.filtered(parameters, is_aligned)
     at_rows = of_rows[rows, :3]
