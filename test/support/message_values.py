@@ -3,12 +3,13 @@
 import math
 
 import numpy as np
+from rosbags.typesys import Stores
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.drives import message_encoders as encoders
 from diff_encoder_sim.drives.message_encoders import UNKNOWN_VARIANCE, ModelStatesEncoder
-from diff_encoder_sim.drives.typestore import noetic_store
+from diff_encoder_sim.drives.typestore import message_store
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 from diff_encoder_sim.simulation.state import BodyState, JointStates
@@ -61,11 +62,11 @@ def _upright_pose(rng):
 
 def made(kind, *fields):
     """A message of package/Type."""
-    return noetic_store().types[kind.replace('/', '/msg/')](*fields)
+    return message_store(Stores.ROS1_NOETIC).types[kind.replace('/', '/msg/')](*fields)
 
 
 def raw(kind, *fields):
-    return bytes(noetic_store().serialize_ros1(made(kind, *fields), kind.replace('/', '/msg/')))
+    return bytes(message_store(Stores.ROS1_NOETIC).serialize_ros1(made(kind, *fields), kind.replace('/', '/msg/')))
 
 
 def time(stamp_ns):

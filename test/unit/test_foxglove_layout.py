@@ -6,7 +6,7 @@ import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.drives.topics import TOPICS
-from diff_encoder_sim.drives.typestore import noetic_store, ros2_definition
+from diff_encoder_sim.drives.typestore import message_store, ros2_definition
 from places import CONFIG
 
 LAYOUT = json.loads((CONFIG / 'foxglove' / 'trial.json').read_text())
@@ -28,7 +28,7 @@ def plotted(config):
         yield config['xAxisPath']['value']
 
 
-@pytest.mark.parametrize('store', [noetic_store(), ros2_store()], ids=['ROS 1', 'MCAP'])
+@pytest.mark.parametrize('store', [message_store(Stores.ROS1_NOETIC), ros2_store()], ids=['ROS 1', 'MCAP'])
 def test_every_plotted_field_is_one_of_a_recorded_topic(store):
     values = [value for config in LAYOUT['configById'].values() for value in plotted(config)]
     assert len(values) > 5

@@ -107,11 +107,11 @@ def plan(options: TrialOptions) -> LivePlan:
 
 def _check_robot(options: TrialOptions, trial: Trial, robot: LaunchedRobot, map_path: str) -> None:
     """Check the robot in PyBullet, unless the trial uses Gazebo, and its fit to the test."""
-    params, file = robot.params, robot.setup.file
+    params = robot.params
     problems: List[str] = []
     if options.sim == SIMULATED:
         robot.setup.check_laser()
-        _, problems = self_checked(file.source, file.where, params.simulator)
+        _, problems = self_checked(robot.setup.file, params.simulator)
     if options.nav != 'scripted':  # scripted drives need no map; a collision ends them at once
         problems += filter(None, [misfit(trial.test, params.navigator, params.simulator.drive, load_map(map_path))])
     if problems:

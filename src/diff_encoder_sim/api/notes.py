@@ -9,7 +9,7 @@ from typing import Iterable, List, Tuple
 from diff_encoder_sim.base.command_line import as_called
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
-from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.robots.robot_file import RobotFile
 from diff_encoder_sim.simulation.self_check import Check, checks_table
 from diff_encoder_sim.simulation.simulator import SimulatorParams
 from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ
@@ -62,20 +62,20 @@ def name_stopping_of_trial(nav: str, params: RobotParams) -> None:
         print_notes('trial.launch', [stopping_line(used, [params.encoder.counts_per_turn])])
 
 
-def self_checked(source: RobotSource, where: str, params: SimulatorParams) -> Tuple[List[Check], List[str]]:
+def self_checked(file: RobotFile, params: SimulatorParams) -> Tuple[List[Check], List[str]]:
     """Return the self-check of a robot, and a problem if it fails; its results are then printed."""
-    checks = check_robot(source, params)
+    checks = check_robot(file.source, params)
     failed = [check.name for check in checks if not check.is_ok]
     if failed:
         print(checks_table(checks), file=sys.stderr)
-    return checks, [f'{where}: the robot fails its self-check: {", ".join(failed)}'] if failed else []
+    return checks, [f'{file.where}: the robot fails its self-check: {", ".join(failed)}'] if failed else []
 
 
 def with_checks(name: str, campaign: Campaign, is_unchecked: bool) -> Campaign:
     """Return the campaign with its robot's self-check; ConfigError if it fails or a test does not fit, if checked."""
     file = campaign.robot.file
     print_notes(as_called(name), (f'{file.where}: {warning}' for warning in campaign.robot.description.warnings))
-    checks, problems = self_checked(file.source, file.where, campaign.cells[0].robot_params.simulator)
+    checks, problems = self_checked(file, campaign.cells[0].robot_params.simulator)
     problems += unfit_tests(campaign, package_folder() / 'worlds')
     if problems and not is_unchecked:
         raise ConfigError('; '.join([*problems, 'allowed: another robot or test, or --unchecked']))

@@ -9,7 +9,7 @@ import numpy as np
 
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.se2 import Pose2D, PoseSeries, poses_of_wheels, wrap_angles
+from diff_encoder_sim.base.se2 import Pose2D, PoseSeries, wrap_angles
 from diff_encoder_sim.calibration.estimation import Calibration, ReferencedDrive, calibrate, track_of
 from diff_encoder_sim.calibration.likelihood import INDEX
 from diff_encoder_sim.calibration.umbmark import WheelGeometry
@@ -50,9 +50,8 @@ class ComparedDrive(NamedTuple):
     def along(self, changes: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """Return `Comparison.along` of odometry by the recorded angles, with the assumptions changed (7,)."""
         geometry, place = self.changed(changes)
-        wheels, paths = (*geometry.radii_m, geometry.separation_m, self.axle_x_m, False), []
-        for drive in (part.drive for part in self.parts):
-            paths.append(PoseSeries(drive.stamps_ns, poses_of_wheels(drive.wheel_angles_rad[np.newaxis], *wheels)[0]))
+        drives = [part.drive for part in self.parts]
+        paths = [PoseSeries(each.stamps_ns, geometry.path(each.wheel_angles_rad, self.axle_x_m)) for each in drives]
         return of_reference([part.reference for part in self.parts], place, self.is_own_clock).along(paths)
 
     def changed(self, changes: np.ndarray) -> Tuple[WheelGeometry, SensorPlace]:

@@ -24,10 +24,8 @@ CORRECTED, CORRECTED_COLOUR = 'corrected', '#d55e00'
 GROUP_COLOURS = dict(zip(GROUPS, ('#0072b2', '#d55e00', '#e69f00', '#56b4e9', '#8a9099', '#cc79a7')))
 MOST_POINTS = 500  # of a path
 ERRORS = {'position': ('end_position_m', 'm', 1.0), 'heading': ('end_yaw_rad', '°', math.degrees(1.0))}
-IS_SHOWN, UNIT = (
-    'indexof(series, datum.series) >= 0',
-    f'{ {name: unit for name, (_, unit, _) in ERRORS.items()} }[error]',
-)
+IS_SHOWN = 'indexof(series, datum.series) >= 0'
+UNIT = f'{ {name: unit for name, (_, unit, _) in ERRORS.items()} }[error]'
 
 
 class DrivePage(NamedTuple):

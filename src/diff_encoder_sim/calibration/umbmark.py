@@ -43,9 +43,9 @@ class WheelGeometry(NamedTuple):
         """Return the radii of the left and the right wheel."""
         return 0.5 * self.left_diameter_m, 0.5 * self.right_diameter_m
 
-    def path(self, angles_rad: np.ndarray) -> np.ndarray:
-        """Return (n, 3) poses of the axle's middle, from 0, by (n, 2) angles of the wheels."""
-        return np.asarray(poses_of_wheels(angles_rad[np.newaxis], *self.radii_m, self.separation_m, 0.0, False)[0])
+    def path(self, angles_rad: np.ndarray, axle_x_m: float = 0.0) -> np.ndarray:
+        """Return (n, 3) poses, from 0, by (n, 2) angles of the wheels: of a base whose axle is ahead by `axle_x_m`."""
+        return np.asarray(poses_of_wheels(angles_rad[np.newaxis], *self.radii_m, self.separation_m, axle_x_m, False)[0])
 
 
 class Square(NamedTuple):
@@ -89,7 +89,7 @@ class Umbmark(NamedTuple):
 
 def umbmark(squares: Sequence[Square], nominal: WheelGeometry) -> Umbmark:
     """Find the wheels and the separation that fit the ends of squares; ConfigError unless there is one each way."""
-    is_clockwise = np.array([square.is_clockwise for square in squares])
+    is_clockwise = np.array([square.is_clockwise for square in squares], bool)
     counts = int(is_clockwise.sum()), int((~is_clockwise).sum())
     if not all(counts):
         given = f'given {counts[0]} clockwise and {counts[1]} counter-clockwise'
@@ -108,8 +108,7 @@ def umbmark(squares: Sequence[Square], nominal: WheelGeometry) -> Umbmark:
     e_d, e_b = fit.x.tolist()
     corrected = geometry_of(e_d, e_b)
     before_m, after_m = (float(np.hypot(*centres_m(each).T).max()) for each in (nominal, corrected))
-    results = (before_m, after_m), corrected
-    return Umbmark(counts, centres_m(nominal), e_d, e_b, *results)
+    return Umbmark(counts, centres_m(nominal), e_d, e_b, (before_m, after_m), corrected)
 
 
 def squares_of_ends(ends_cw: np.ndarray, ends_ccw: np.ndarray, side_m: float, nominal: WheelGeometry) -> List[Square]:

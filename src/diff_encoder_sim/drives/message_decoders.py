@@ -34,11 +34,17 @@ _CDR_BEGIN = 4
 _LITTLE_ENDIAN_CDR = b'\1'
 
 
+def _unpack_from(raw: bytes, place: int, fields: struct.Struct) -> Tuple[Any, ...]:
+    """Unpack fields of a message."""
+    try:
+        return fields.unpack_from(raw, place)
+    except struct.error:
+        raise InputFault(TORN) from None
+
+
 def encoded_stamp_ns(content: bytes) -> int:
     """Return the stamp of a message that begins with a header."""
-    if len(content) < STAMP_AT + TIME.size:
-        raise InputFault(TORN)
-    seconds, nanoseconds = TIME.unpack_from(content, STAMP_AT)
+    seconds, nanoseconds = _unpack_from(content, STAMP_AT, TIME)
     return int(seconds * NANOSECONDS_PER_SECOND + nanoseconds)
 
 
@@ -61,10 +67,7 @@ class FieldReader:
         """Read numbers of `number_size` bytes each."""
         begin = self.align(number_size)
         self._at = begin + fields.size
-        try:
-            return fields.unpack_from(self._raw, begin)
-        except struct.error:
-            raise InputFault(TORN) from None
+        return _unpack_from(self._raw, begin, fields)
 
     def length(self) -> int:
         """Read the length of the text or sequence that follows."""
@@ -120,21 +123,14 @@ class PoseDecoder:
             self._frames = _read_frames(fields, self._has_child)[1:]
             self._pose_at = fields.align(NUMBER_SIZE)
             self._raw_frames = raw[FRAME_AT : self._pose_at]
-        try:
-            seconds, nanoseconds = TIME.unpack_from(raw, STAMP_AT)
-            numbers = POSE.unpack_from(raw, self._pose_at)
-        except struct.error:
-            raise InputFault(TORN) from None
-        return StampedPose(seconds * NANOSECONDS_PER_SECOND + nanoseconds, planar_pose(*numbers), *self._frames)
+        pose = planar_pose(*_unpack_from(raw, self._pose_at, POSE))
+        return StampedPose(encoded_stamp_ns(raw), pose, *self._frames)
 
     def decode_covariance(self, raw: bytes) -> List[float]:
         """Decode xx, xy, x yaw, yy, y yaw, yaw yaw of the message decoded last; [] if its type has no covariance."""
         if not self._has_covariance:
             return []
-        try:
-            numbers = _COVARIANCE.unpack_from(raw, self._pose_at + POSE.size)
-        except struct.error:
-            raise InputFault(TORN) from None
+        numbers = _unpack_from(raw, self._pose_at + POSE.size, _COVARIANCE)
         return [numbers[index] for index in _PLANAR]
 
 
@@ -183,13 +179,12 @@ class JointDecoder:
             self._names, self._raw_names = names, raw[FRAME_AT:length_at]
             self._length_at, self._values_at = length_at, fields.align(NUMBER_SIZE)
         try:
-            seconds, nanoseconds = TIME.unpack_from(raw, STAMP_AT)
             count = LENGTH.unpack_from(raw, self._length_at)[0]
             # struct keeps the compiled format.
             values = struct.unpack_from(f'<{count}{self._kind}', raw, self._values_at)
         except struct.error:
             raise InputFault(TORN) from None
-        return seconds * NANOSECONDS_PER_SECOND + nanoseconds, self._names, values
+        return encoded_stamp_ns(raw), self._names, values
 
 
 def decode_wheel_speeds(raw: bytes) -> Tuple[int, Tuple[float, float]]:
@@ -241,8 +236,5 @@ def decode_model_state(raw: bytes, model: str) -> BodyState:
         raise InputFault(f'no model {model!r}; expected it among {names}')
     index, poses = names.index(model), fields.content(fields.length() * POSE.size)
     twists = fields.content(fields.length() * TWIST.size)
-    try:
-        pose, twist = POSE.unpack_from(poses, index * POSE.size), TWIST.unpack_from(twists, index * TWIST.size)
-    except struct.error:
-        raise InputFault(TORN) from None
+    pose, twist = _unpack_from(poses, index * POSE.size, POSE), _unpack_from(twists, index * TWIST.size, TWIST)
     return BodyState(pose[:3], pose[3:], twist[:3], twist[3:])

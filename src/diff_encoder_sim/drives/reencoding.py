@@ -290,7 +290,9 @@ Table = Tuple[List[List[str]], List[str]]  # cells and heads
 
 def text_table(rows: Sequence[Dict[str, Value]], draws: int = 1) -> str:
     """Format `error_cells` for the terminal."""
-    return '\n\n'.join(_table(*each) for each in error_cells(rows, draws))
+    tables = error_cells(rows, draws)
+    texts = [tabulate(each, heads, disable_numparse=True, colalign=['right'] * len(heads)) for each, heads in tables]
+    return '\n\n'.join(texts)
 
 
 def error_cells(rows: Sequence[Dict[str, Value]], draws: int = 1) -> List[Table]:
@@ -319,10 +321,6 @@ def _spread_cells(rows: Sequence[Dict[str, Value]]) -> Table:
             line += [median, '-' if median == '-' else f'{low} to {high}']
         lines.append(line)
     return lines, heads
-
-
-def _table(cells: Sequence[Sequence[str]], heads: Sequence[str]) -> str:
-    return tabulate(cells, heads, disable_numparse=True, colalign=['right'] * len(heads))
 
 
 def _cell(column: str, value: Value) -> str:

@@ -22,18 +22,14 @@ def fields_text(message_type: str) -> str:
 
 
 @lru_cache(maxsize=None)
-def _store(of_ros: Stores) -> Typestore:
+def message_store(of_ros: Stores) -> Typestore:
+    """Return all message types of a version of ROS that rosbags has, and those of a trial's bag."""
     store = get_typestore(of_ros)
     for path in sorted(FOLDER.glob('*/*.msg')):
         name = f'{path.parent.name}/msg/{path.stem}'
         if name not in store.types:
             store.register(get_types_from_msg(fields_text(name), name))
     return store
-
-
-def noetic_store() -> Typestore:
-    """Return all message types of ROS 1 Noetic that rosbags has, and those of a trial's bag."""
-    return _store(Stores.ROS1_NOETIC)
 
 
 class Definition(NamedTuple):
@@ -47,7 +43,7 @@ class Definition(NamedTuple):
 @lru_cache(maxsize=None)
 def definition(message_type: str) -> Definition:
     """Return the definition of a type, its text as `gendeps --cat` joins it, by its name as rosbags spells it."""
-    fields, md5sum = noetic_store().generate_msgdef(message_type)
+    fields, md5sum = message_store(Stores.ROS1_NOETIC).generate_msgdef(message_type)
     parts = re.findall(r'^MSG: (\S+)$', fields, re.MULTILINE)
     text = '\n'.join([fields_text(message_type), *(f'{80 * "="}\nMSG: {part}\n{fields_text(part)}' for part in parts)])
     return Definition(text, md5sum, fields.startswith('std_msgs/Header header\n'))
@@ -56,18 +52,18 @@ def definition(message_type: str) -> Definition:
 @lru_cache(maxsize=None)
 def ros2_definition(message_type: str) -> Tuple[str, str]:
     """Return the text of a type and of those it is made of in ROS 2, and its hash RIHS01 of REP 2016."""
-    store = _store(Stores.ROS2_HUMBLE)
+    store = message_store(Stores.ROS2_HUMBLE)
     return store.generate_msgdef(message_type, ros_version=2)[0], store.hash_rihs01(message_type)
 
 
 def to_cdr(message: bytes, message_type: str) -> bytes:
     """Return a ROS 1 message in CDR; a header loses its seq, which ROS 2 does not have."""
-    return bytes(_store(Stores.ROS2_HUMBLE).ros1_to_cdr(message, message_type))
+    return bytes(message_store(Stores.ROS2_HUMBLE).ros1_to_cdr(message, message_type))
 
 
 def to_ros1(message: bytes, message_type: str) -> bytes:
     """Return a message in CDR encoded for ROS 1, the seq of a header 0; InputFault if it is torn or big-endian."""
     try:
-        return bytes(_store(Stores.ROS2_HUMBLE).cdr_to_ros1(message, message_type))
+        return bytes(message_store(Stores.ROS2_HUMBLE).cdr_to_ros1(message, message_type))
     except Exception:  # rosbags raises many types for a torn message
         raise InputFault(TORN) from None

@@ -96,7 +96,7 @@ class LockstepTrial:
                 )
                 self._chain = chain_of(trial, params)
                 # An ideal encoder needs only the angles at the boundaries of its rate.
-                self._boundaries = None if self._chain.needs_every_angle else BoundarySampler(encoder.rate)
+                self._boundaries = None if self._chain.encoders.needs_every_angle else BoundarySampler(encoder.rate)
                 self._separation_m = params.odometry.wheel_separation
                 self._odometry_latency_ns = latency_ns(params.latency.odometry)
             has_scans = trial.nav != 'scripted' or self._publications.takes_scans  # not used by scripts
@@ -210,4 +210,4 @@ class LockstepTrial:
         self._simulator.command(*command)
         if self._chain is not None:
             # Encoders without direction use the signs of these speeds.
-            self._chain.take_command(*wheel_speeds_mps(*command, self._separation_m))
+            self._chain.encoders.take_command(*wheel_speeds_mps(*command, self._separation_m))

@@ -84,21 +84,12 @@ class Chain:
     def __init__(self, encoder: EncoderParams, odometry: Optional[OdometryParams] = None, draws: int = 1) -> None:
         """Create `draws` encoders with independent errors, of which `step` uses the first; `odometry` may be None."""
         self.encoder, self.odometry, self._draws = encoder, odometry, draws
-        self._encoders = ReportingEncoder(encoder)
+        self.encoders = ReportingEncoder(encoder)
         self._odometry = None if odometry is None else WheelOdometry(odometry)
-
-    @property
-    def needs_every_angle(self) -> bool:
-        """Return whether angles between report boundaries affect reports; False for an ideal encoder."""
-        return self._encoders.needs_every_angle
-
-    def take_command(self, left: float, right: float) -> None:
-        """Set the commanded wheel speeds; encoders without direction count by their sign."""
-        self._encoders.take_command(left, right)
 
     def step(self, stamp_ns: int, left_rad: float, right_rad: float) -> List[ChainReport]:
         """Process accumulated angles of both wheels [rad]; return arriving reports. InputFault for a stale stamp."""
-        samples = self._encoders.step(stamp_ns, left_rad, right_rad)
+        samples = self.encoders.step(stamp_ns, left_rad, right_rad)
         update = self._odometry.update if self._odometry is not None else lambda *_: None
         return [ChainReport(sample, update(*sample)) for sample in samples]
 

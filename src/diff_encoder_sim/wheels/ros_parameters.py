@@ -40,6 +40,14 @@ COLUMNS = 100
 STEPS = 50  # of a straight line
 
 Entries = List[Tuple[str, Any, str]]  # key, value, comment
+FUSED = [index in (6, 7, 11) for index in range(15)]
+EKF: Entries = [
+    ('two_d_mode', True, 'level floor'),
+    ('odom0', '/diff_drive_controller/odom', 'with enable_odom_tf: false there: only one may publish TF'),
+    ('odom0_config', FUSED, 'vx, vy (0) and vyaw; their covariance is twist_covariance_diagonal'),
+    ('odom0_differential', False, 'no pose is fused: it is the integral of the same velocities'),
+    ('odom0_relative', False, 'likewise'),
+]
 
 
 class RosWheels(NamedTuple):
@@ -74,13 +82,13 @@ class RosParameters(NamedTuple):
 
 def ros_parameters(wheels: RosWheels) -> RosParameters:
     """Return the parameters of all packages."""
-    controller, ekf = _controller(wheels), _ekf()
+    controller = _controller(wheels)
     kind = 'slip' if wheels.odometry.motion_noise else 'usual slip'
     about = f'{wheels.about}; {kind} of a wheel, {1e3 * math.sqrt(wheels.slip):.2g} mm after 1 m'
     rest = '# Use the names of your nodes, and keep their other parameters (wheel joints, frames, limits).'
     texts = []
     for version, ekf_node in (('ROS 1', 'ekf_localization_node'), ('ROS 2', 'ekf_filter_node')):
-        nodes = {'diff_drive_controller': controller, ekf_node: ekf, 'amcl': _amcl(wheels, version)}
+        nodes = {'diff_drive_controller': controller, ekf_node: EKF, 'amcl': _amcl(wheels, version)}
         sections = [_section(node, entries, version == 'ROS 2') for node, entries in nodes.items()]
         texts.append('\n'.join([f'# {version}: {about}', rest, *sections]))
     return RosParameters({key: value for key, value, _ in controller}, *texts)
@@ -130,17 +138,6 @@ def _controller(wheels: RosWheels) -> Entries:
             _diagonal(linear, linear, angular),  # no speed sideways is as certain
             f'counts in {WINDOW / RATE_HZ:g} s, slip and geometry at {SPEED_MPS:g} m/s and {TURN_RADPS:g} rad/s',
         ),
-    ]
-
-
-def _ekf() -> Entries:
-    fused = [index in (6, 7, 11) for index in range(15)]
-    return [
-        ('two_d_mode', True, 'level floor'),
-        ('odom0', '/diff_drive_controller/odom', 'with enable_odom_tf: false there: only one may publish TF'),
-        ('odom0_config', fused, 'vx, vy (0) and vyaw; their covariance is twist_covariance_diagonal'),
-        ('odom0_differential', False, 'no pose is fused: it is the integral of the same velocities'),
-        ('odom0_relative', False, 'likewise'),
     ]
 
 

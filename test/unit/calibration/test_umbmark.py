@@ -111,6 +111,8 @@ def test_a_drive_without_squares_has_none_and_a_reference_without_yaw_is_refused
     stamps_ns, angles_rad = TICK_NS * np.arange(200), np.column_stack([np.linspace(0.0, 100.0, 200)] * 2)
     drive, poses = Drive(stamps_ns, angles_rad), np.zeros((200, 3))
     assert find_squares(drive, Reference('truth', stamps_ns, poses), NOMINAL) == []
+    with pytest.raises(ConfigError, match='given 0 clockwise and 0 counter-clockwise'):
+        umbmark([], NOMINAL)
     poses[:, 2] = math.nan
     with pytest.raises(ConfigError, match='camera: given positions without yaw; allowed for UMBmark: poses, or --ends'):
         find_squares(drive, Reference('camera', stamps_ns, poses), NOMINAL)

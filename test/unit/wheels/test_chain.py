@@ -80,7 +80,7 @@ def chain_of(case, method, draws=1):
 def stepped(chain, drive, commands):
     """Each report with the row of the drive at which it arrives."""
     for row, (stamp_ns, angles_rad) in enumerate(zip(drive.stamps_ns.tolist(), drive.wheel_angles_rad.tolist())):
-        chain.take_command(*commands[row].tolist())
+        chain.encoders.take_command(*commands[row].tolist())
         for report in chain.step(stamp_ns, *angles_rad):
             yield (row, *report)
 
