@@ -122,7 +122,8 @@ def encoded_and_expected(rng):
     moved = twist((estimate.linear_velocity_mps, 0.125, 0.0), (0.0, 0.0, estimate.angular_velocity_radps))
     of_base = planar(estimate.base_pose_in_odom)
     of_pose = uncertain('Pose', of_base, estimate.of_pose.matrix(), [0, 1, 5], UNKNOWN_VARIANCE)
-    of_twist = uncertain('Twist', moved, estimate.of_twist.matrix(), [0, 5], UNKNOWN_VARIANCE)
+    linear, both, angular = estimate.of_twist
+    of_twist = uncertain('Twist', moved, [[linear, both], [both, angular]], [0, 5], UNKNOWN_VARIANCE)
     fields = header(estimate.stamp_ns, 'odom'), 'base_link', of_pose, of_twist
     yield encoders.encode_odometry(estimate, 'odom', 'base_link'), 'nav_msgs/Odometry', *fields
 

@@ -140,7 +140,6 @@ def _budget_table(page: DrivePage) -> List[TextTable]:
         [name, *(f'{math.sqrt(part):.4f}' for part in (sum(budget.values()), *budget.values()))]
         for name, budget in zip(page.spreads, page.causes.budgets)
     ]
+    title = 'Budget: root mean square error of position over the drive'
     heads = ['counts', 'all [m]', *(f'{group} [m]' for group in GROUPS)]
-    return (
-        [TextTable('Budget: root mean square error of position over the drive', heads, rows, texts=0)] if rows else []
-    )
+    return [TextTable(title, heads, rows, texts=0)] if rows else []

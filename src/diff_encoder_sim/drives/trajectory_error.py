@@ -88,7 +88,9 @@ def pairs_error(runs: Sequence[np.ndarray], alignment: Alignment) -> Optional[Pa
     runs = [pairs for pairs in runs if len(pairs)]
     if not runs:
         return None
-    errors = np.concatenate([_absolute_errors(pairs, alignment) for pairs in runs])
+    estimates, references = np.hsplit(np.concatenate([aligned(pairs, alignment) for pairs in runs]), 2)
+    errors = estimates - references
+    errors[:, 2] = wrap_angles(errors[:, 2])
     distances_m, yaws_rad = np.hypot(errors[:, 0], errors[:, 1]), np.abs(errors[:, 2])
     return PathError(
         len(errors),
@@ -186,13 +188,6 @@ def aligned(pairs: np.ndarray, alignment: Alignment) -> np.ndarray:
         x_y_m = x_y_m - x_y_m.mean(axis=0)
         x_y_m[:, 0] *= np.exp(1j * np.angle(np.vdot(x_y_m[:, 0], x_y_m[:, 1])))
     return np.asarray(np.stack((x_y_m.real, x_y_m.imag, yaws_rad), axis=-1).reshape(-1, 6))
-
-
-def _absolute_errors(pairs: np.ndarray, alignment: Alignment) -> np.ndarray:
-    """Subtract the reference from the estimate once they are aligned: (n, 3) [m, m, rad], yaw wrapped."""
-    estimates, references = np.split(aligned(pairs, alignment), 2, axis=1)
-    errors = estimates - references
-    return np.column_stack((errors[:, :2], wrap_angles(errors[:, 2])))
 
 
 def _split(pairs: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:

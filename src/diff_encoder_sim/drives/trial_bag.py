@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple, Type, Union
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
@@ -77,9 +76,7 @@ class TrialBag:
                 raise
         return self
 
-    def __exit__(
-        self, error_type: Optional[Type[BaseException]], _: Optional[BaseException], __: Optional[TracebackType]
-    ) -> None:
+    def __exit__(self, error_type: Optional[Type[BaseException]], *_: object) -> None:
         if self._file is None:
             return
         try:

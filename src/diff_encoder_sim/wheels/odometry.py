@@ -44,10 +44,6 @@ class TwistCovariance(NamedTuple):
     linear_angular: float = 0.0
     angular: float = 0.0
 
-    def matrix(self) -> np.ndarray:
-        """Return it as 2x2."""
-        return np.array([[self.linear, self.linear_angular], [self.linear_angular, self.angular]])
-
 
 class TwistEstimator:
     """Computes the twist from counts or measured speeds, with an optional low-pass, whose delay is no variance."""

@@ -113,19 +113,16 @@ def _controller(wheels: RosWheels) -> Entries:
     odometry = wheels.odometry
     own = odometry.wheel_diameter.left, odometry.wheel_diameter.right, odometry.wheel_separation
     left_m, right_m, separation_m = wheels.nominal_m or own
-    radius_m = 0.25 * (left_m + right_m)
+    diameter_m = 0.5 * (left_m + right_m)
     of_nominal = 'nominal' if wheels.nominal_m else 'of odometry'
     pose, after = wheels.measured or (pose_variances(wheels), f'a straight line of {DISTANCE_M:g} m')
     linear, angular = twist_variances(wheels)
-    values = {
-        'wheel_separation': (separation_m, f'm, {of_nominal}'),
-        'wheel_radius': (radius_m, f'm, {of_nominal}, mean of both wheels'),
-        'wheel_separation_multiplier': (own[2] / separation_m, 'separation / wheel_separation'),
-        'left_wheel_radius_multiplier': (0.5 * own[0] / radius_m, 'radius of the left wheel / wheel_radius'),
-        'right_wheel_radius_multiplier': (0.5 * own[1] / radius_m, 'radius of the right wheel / wheel_radius'),
-    }
     return [
-        *((key, rounded(value, 7), comment) for key, (value, comment) in values.items()),
+        ('wheel_separation', rounded(separation_m, 7), f'm, {of_nominal}'),
+        ('wheel_radius', rounded(0.5 * diameter_m, 7), f'm, {of_nominal}, mean of both wheels'),
+        ('wheel_separation_multiplier', rounded(own[2] / separation_m, 7), 'separation / wheel_separation'),
+        ('left_wheel_radius_multiplier', rounded(own[0] / diameter_m, 7), 'radius of the left wheel / wheel_radius'),
+        ('right_wheel_radius_multiplier', rounded(own[1] / diameter_m, 7), 'radius of the right wheel / wheel_radius'),
         ('publish_rate', RATE_HZ, 'Hz, for which the covariance of the twist holds'),
         ('velocity_rolling_window_size', WINDOW, f'updates of the controller, at {RATE_HZ:g} Hz'),
         (

@@ -98,7 +98,7 @@ def test_the_base_is_where_a_rigid_body_has_it():
     for axle, base in zip(integrated(reports, ppr=1000), integrated(reports, ppr=1000, axle_x=AXLE_X_M)):
         expected = ahead.compose(axle.base_pose_in_odom).compose(ahead.inverse())
         assert base.base_pose_in_odom == pytest.approx(expected, abs=1e-12)
-        assert base.of_twist.matrix() == pytest.approx(axle.of_twist.matrix())
+        assert base.of_twist == pytest.approx(axle.of_twist)
         assert axle.lateral_velocity_mps == 0.0
         assert base.lateral_velocity_mps == pytest.approx(-AXLE_X_M * base.angular_velocity_radps)
         jacobian, yaw_rad = np.eye(3), axle.base_pose_in_odom.yaw_rad
@@ -255,4 +255,4 @@ def test_the_covariance_is_that_of_the_speeds_which_encoders_measure(method, mps
     measured = {'velocity_method': method, 'velocity_clock': 2000.0}
     last = [each for seed in range(60) for each in drive(turned, seed, 42, encoder, **measured)[-10:]]
     squares = [(each.linear_velocity_mps - mps) ** 2 for each in last]
-    assert 0.4 < np.mean(squares) / np.mean([each.of_twist.matrix()[0, 0] for each in last]) < 1.7
+    assert 0.4 < np.mean(squares) / np.mean([each.of_twist.linear for each in last]) < 1.7
