@@ -11,8 +11,7 @@ COUNTED = (TICKS, TICKS_PER_MESSAGE)
 # What one of each turns a wheel by; m and m/s are divided by its radius.
 RAD_OF_ANGLE = {'rad': 1.0, 'deg': math.pi / 180.0, 'rev': 2.0 * math.pi, 'm': 1.0}
 RADPS_OF_SPEED = {'rad/s': 1.0, 'deg/s': math.pi / 180.0, 'rpm': math.pi / 30.0, 'm/s': 1.0}
-SPEEDS = tuple(RADPS_OF_SPEED)
-UNITS = (*COUNTED, *RAD_OF_ANGLE, *SPEEDS)
+UNITS = (*COUNTED, *RAD_OF_ANGLE, *RADPS_OF_SPEED)
 
 # Of the poses in a table: in metres, in radians.
 LENGTH_UNITS = {'m': 1.0, 'cm': 0.01, 'mm': 0.001}

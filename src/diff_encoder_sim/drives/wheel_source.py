@@ -12,7 +12,7 @@ from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.drives.drive_stream import Message
-from diff_encoder_sim.drives.number_units import RAD_OF_ANGLE, RADPS_OF_SPEED, SPEEDS, TICKS
+from diff_encoder_sim.drives.number_units import RAD_OF_ANGLE, RADPS_OF_SPEED, TICKS
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS
 
@@ -60,7 +60,7 @@ class WheelNumbers(NamedTuple):
 
     def notes(self) -> Iterator[str]:
         """List limits of the angles, one line each."""
-        if self.unit in SPEEDS:
+        if self.unit in RADPS_OF_SPEED:
             yield 'the wheel angles are integrated speeds, whose errors add up; each encoder adds its own rounding'
 
     def wrap_fault(self, side: int, angles: WheelSeries) -> str:
@@ -92,7 +92,7 @@ class WheelNumbers(NamedTuple):
             # The middles of the pulses: at a PPR that divides this encoder's, equation (1) gives the same counts. At
             # another PPR, a count is one off in a quarter of PPR / this encoder's PPR of the samples.
             angles_rad = (counts + 0.5) * (2.0 * math.pi / getattr(self.ppr, SIDES[side]))
-        elif self.unit in SPEEDS:
+        elif self.unit in RADPS_OF_SPEED:
             speeds_radps = RADPS_OF_SPEED[self.unit] * per_radius * values
             intervals_s = np.maximum(np.diff(numbers.stamps_ns), 0) / NANOSECONDS_PER_SECOND
             turns_rad = 0.5 * (speeds_radps[1:] + speeds_radps[:-1]) * intervals_s

@@ -217,8 +217,6 @@ class GeometryStd(NamedTuple):
     diameter_difference: float = 0.0  # right minus left, of their mean
 
 
-KNOWN_EXACTLY = GeometryStd()
-
 # First-order derivatives of x [m], y [m] and yaw [rad] by the relative errors of distance, turn and diameter
 # difference: of floats, as arrays of three take several times as long.
 Columns = Tuple[Tuple[float, float, float], ...]

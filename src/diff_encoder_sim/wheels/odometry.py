@@ -14,7 +14,6 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, base_of_axle, move_along
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.wheels.counter import Counters, first_counters, next_counters, restart_text
 from diff_encoder_sim.wheels.covariance import (
-    KNOWN_EXACTLY,
     NO_ERRORS,
     PULSE_VARIANCE,
     LateralAcceleration,
@@ -221,19 +220,15 @@ class WheelOdometry:
         self._pose = Pose2D(moved.x_m, moved.y_m, yaw_rad)
         noise = self._noise + self._curve_noise * pull_mps2**2
         self._motion_covariance = propagate_motion_noise(self._motion_covariance, *motion, noise)
-        if self._geometry_std != KNOWN_EXACTLY:
-            self._geometry_errors = carry_geometry_errors(self._geometry_errors, *motion)
+        self._geometry_errors = carry_geometry_errors(self._geometry_errors, *motion)
 
     def _estimate(self, stamp_ns: int, wheel_rates_radps: Optional[WheelRates]) -> OdometryEstimate:
         linear_mps, angular_radps, of_twist = self._twists.twist(self._totals, wheel_rates_radps)
         axle_x_m = self.params.axle_x
-        covariance = self._motion_covariance.plus(
-            quantisation_covariance(
-                self._pose, self.params.reading_variances_m2, self.params.wheel_separation, self._remainders
-            )
-        )
-        if self._geometry_std != KNOWN_EXACTLY:
-            covariance = covariance.plus(geometry_covariance(self._geometry_errors, self._geometry_std))
+        reading_m2, separation_m = self.params.reading_variances_m2, self.params.wheel_separation
+        of_counts = quantisation_covariance(self._pose, reading_m2, separation_m, self._remainders)
+        of_geometry = geometry_covariance(self._geometry_errors, self._geometry_std)
+        covariance = self._motion_covariance.plus(of_counts).plus(of_geometry)
         if axle_x_m:
             sin_yaw, cos_yaw = math.sin(self._pose.yaw_rad), math.cos(self._pose.yaw_rad)
             covariance = covariance.carried_by_heading(axle_x_m * sin_yaw, -axle_x_m * cos_yaw)
