@@ -80,10 +80,10 @@ def bare_stepping_s(plan: TrialPlan, params: RobotParams, duration_s: float) -> 
         simulator.command(0.0, 0.5)
         for _ in range(100):
             simulator.tick()
-        simulator._physics._near.look(0.0, 0.0, math.inf)
+        simulator.physics._near.look(0.0, 0.0, math.inf)
         begin_s = time.process_time()
         for _ in range(round(duration_s * 1e9 / TICK_NS)):
-            simulator._physics._bullet.stepSimulation()
+            simulator.physics._bullet.stepSimulation()
         return time.process_time() - begin_s
     finally:
         simulator.close()

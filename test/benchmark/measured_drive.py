@@ -52,7 +52,7 @@ def record_drive(simulator: Simulator, test: TestDefinition) -> Drive:
         joints = simulator.joint_states()
         stamps_ns.append(joints.stamp_ns)
         angles_rad.append(joints.angles_rad)
-        poses.append(simulator.base_pose_in_world())
+        poses.append(simulator.physics.base_pose_in_plane())
         simulator.command(*script.command_at(report / REPORTS_PER_SECOND, 1.0 / REPORTS_PER_SECOND))
         for _ in range(TICKS_PER_REPORT):
             simulator.tick()
@@ -85,6 +85,6 @@ def cruise_cost_us(simulator: Simulator, test: TestDefinition) -> float:
             simulator.tick()
         began_s = time.thread_time()
         for _ in range(WINDOW_TICKS):
-            simulator._physics._bullet.stepSimulation()
+            simulator.physics._bullet.stepSimulation()
         costs_s.append(time.thread_time() - began_s)
     return min(costs_s) / WINDOW_TICKS * 1e6

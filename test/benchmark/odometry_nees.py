@@ -68,7 +68,7 @@ class DriveRecorder(Publications):
         self._simulator = simulator
 
     def joint_states(self, joints: JointStates) -> None:
-        self.samples.append((joints.stamp_ns, joints.angles_rad, self._simulator.base_pose_in_world()))
+        self.samples.append((joints.stamp_ns, joints.angles_rad, self._simulator.physics.base_pose_in_plane()))
 
 
 def main() -> None:

@@ -71,6 +71,6 @@ def _use(path, arguments=None):
     for _ in range(TICKS):
         simulator.command(0.1, 0.1)
         simulator.tick()
-    assert np.isfinite(simulator.base_pose_in_world()).all(), 'the pose is not finite'
+    assert np.isfinite(simulator.physics.base_pose_in_plane()).all(), 'the pose is not finite'
     simulator.scan()
     simulator.close()

@@ -42,6 +42,6 @@ def _simulate(path, start):
     for _ in range(TICKS):
         simulator.command(0.3, 0.1)
         simulator.tick()
-        simulator.obstacle_hit()
+        simulator.physics.obstacle_hit()
     simulator.scan()
     simulator.close()

@@ -10,14 +10,14 @@ RADIUS_M, SEPARATION_M = 0.1, 0.4
 def drive(simulator, linear, angular, seconds):
     """Drive with ramps; returns wheel angles turned (2) and the true yaw turned [rad]."""
     before = np.array(simulator.joint_states().angles_rad)
-    yaw, turned = simulator.base_pose_in_world().yaw_rad, 0.0
+    yaw, turned = simulator.physics.base_pose_in_plane().yaw_rad, 0.0
     for tick in range(round(seconds * 100) + 100):
         if tick % 5 == 0:
             ramp = min(1.0, (tick + 5) / 60)
             stopping = tick >= seconds * 100
             simulator.command(0.0 if stopping else ramp * linear, 0.0 if stopping else ramp * angular)
         simulator.tick()
-        now = simulator.base_pose_in_world().yaw_rad
+        now = simulator.physics.base_pose_in_plane().yaw_rad
         turned += (now - yaw + math.pi) % (2 * math.pi) - math.pi
         yaw = now
     return np.array(simulator.joint_states().angles_rad) - before, turned

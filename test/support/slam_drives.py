@@ -80,7 +80,7 @@ class Case:
             lidars[name] = Lidar(self.world, height_m, LidarParams(noise=noise_m), random)
         points, tick, command = list(tour.points), 0, (0.0, 0.0)
         while command is not None:
-            pose = simulator.base_pose_in_world()
+            pose = simulator.physics.base_pose_in_plane()
             for sample in encoder.update(*simulator.joint_states()[:3]):
                 estimate = odometry.update(*sample)
             if tick % SCAN_TICKS == 0:

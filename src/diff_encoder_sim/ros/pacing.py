@@ -5,14 +5,14 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from typing import Callable, Collection, Dict, List, Mapping, Optional, Tuple
+from typing import Callable, Collection, Dict, List, Mapping, Optional
 
 import rospy
 from geometry_msgs.msg import Twist
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.message_decoders import encoded_stamp_ns
-from diff_encoder_sim.navigation.navigator_inputs import ControlRate
+from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, ControlRate
 from diff_encoder_sim.simulation.state import STATES_RATE_HZ, TICK_NS
 from diff_encoder_sim.wheels.report_link import BoundarySampler
 
@@ -119,8 +119,6 @@ class ExpectedStamps:
         return self.reports.newest_ns(newest_ns - TICK_NS) // self._scan_period_ns * self._scan_period_ns
 
 
-Command = Tuple[float, float]  # linear [m/s], angular [rad/s]
-STANDSTILL: Command = (0.0, 0.0)
 IDLE_PATIENCE_S = 0.02  # wall time
 
 
@@ -143,7 +141,7 @@ class CommandGate:
 
     def _on_command(self, message: Twist) -> None:
         with self._arrived:
-            self._newest, self._is_waited_for = (message.linear.x, message.angular.z), True
+            self._newest, self._is_waited_for = Command(message.linear.x, message.angular.z), True
             self._arrived.notify_all()
 
     def clear(self) -> None:
@@ -167,7 +165,7 @@ class CommandGate:
                 self._wait(sim_time_ns)
             newest, self._newest = self._newest, None
             if newest is not None:
-                self._is_moving = newest != STANDSTILL
+                self._is_moving = newest != STOP
             return newest
 
     def _wait(self, sim_time_ns: int) -> None:

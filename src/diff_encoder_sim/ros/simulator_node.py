@@ -145,7 +145,7 @@ class SimulatorNode:
         self._clock.publish(encode_clock(now_ns))
         self._joint_states.publish(encode_joint_state(self._simulator.joint_states()))
         if now_ns % STATES_PERIOD_NS == 0:
-            self._model_states.publish(self._states_encoder.encode(self._simulator.base()))
+            self._model_states.publish(self._states_encoder.encode(self._simulator.physics.base()))
         if now_ns % self._scan_period_ns == 0:
             period_s = self._scan_period_ns / NANOSECONDS_PER_SECOND
             self._scans.publish(encode_scan(self._simulator.scan(), self._scan_frame, period_s))
@@ -176,7 +176,7 @@ class SimulatorNode:
         if not all(abs(number) <= LARGEST_NUMBER for number in numbers):  # NaN is not
             expected = f'expected numbers within +-{LARGEST_NUMBER:g} [m, m/s, rad/s]'
             raise InputFault(f'position and twist {numbers}; {expected}')
-        self._simulator.place(pose, PlanarVelocity(linear.x, linear.y, angular.z))
+        self._simulator.physics.place(pose, PlanarVelocity(linear.x, linear.y, angular.z))
         placed = f'{robot_name} placed at ({pose.x_m:.3f}, {pose.y_m:.3f}) m, yaw {pose.yaw_rad:.3f} rad'
         log.info('%s', placed, extra=EVENT)
         return placed
@@ -185,7 +185,7 @@ class SimulatorNode:
         response.header.frame_id = request.relative_entity_name
         self._check_names(request.model_name, request.relative_entity_name)
         response.header.stamp = stamp_from_ns(self._simulator.time_ns)
-        states = ModelStates().deserialize(self._states_encoder.encode(self._simulator.base()))
+        states = ModelStates().deserialize(self._states_encoder.encode(self._simulator.physics.base()))
         index = states.name.index(request.model_name)
         response.pose, response.twist = states.pose[index], states.twist[index]
         return ''

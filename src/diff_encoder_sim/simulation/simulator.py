@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from pathlib import Path
-from typing import Any, Dict, Optional, Tuple, Union
+from typing import Any, Dict, Tuple, Union
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -25,7 +25,7 @@ from diff_encoder_sim.robots.robot_file import proposed_laser_line
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors, load_simulated_robot
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.physics import BulletPhysics, PhysicsParams
-from diff_encoder_sim.simulation.state import AT_REST, TICK_NS, TICK_S, BodyState, JointStates, PlanarVelocity
+from diff_encoder_sim.simulation.state import TICK_NS, TICK_S, JointStates
 from diff_encoder_sim.simulation.world import load_world
 
 log = logging.getLogger(__name__)
@@ -125,11 +125,6 @@ class WheelErrorParams(Params):
         )
         return GeometryErrors(*drawn)
 
-    def travel_errors(self) -> Tuple[float, float]:
-        """Return by how much the left and the right wheel travel more than their turning says, relative; no noise."""
-        left = self.left_radius_error - self.left_slip * (1.0 + self.left_radius_error)
-        return left, self.right_radius_error - self.right_slip * (1.0 + self.right_radius_error)
-
 
 class SlippingWheels:
     """Turns the rolling of ideal wheels into the turning of wheels that slip.
@@ -203,7 +198,11 @@ class SimulatorParams(Params):
 
 
 class Simulator:
-    """One robot in one world, advanced tick by tick (10 ms). Same seed, same numbers."""
+    """One robot in one world, advanced tick by tick (10 ms). Same seed, same numbers.
+
+    `physics`, which `reset` replaces, has the true state of the robot, and puts it at another pose: time, wheel angles
+    and the command continue, and the encoder does not measure it (the kidnapped robot problem).
+    """
 
     def __init__(
         self, world_file: Union[str, Path], robot: RobotSource, params: SimulatorParams, start_pose: Pose2D, seed: int
@@ -233,7 +232,7 @@ class Simulator:
 
     def close(self) -> None:
         """Free the physics; the object cannot be used afterwards."""
-        self._physics.close()
+        self.physics.close()
 
     def reset(self) -> None:
         """Restore the state of the beginning, time and wheel angles included."""
@@ -244,12 +243,12 @@ class Simulator:
     def _begin(self) -> None:
         """Set time to 0, and draw what differs from trial to trial from the seed."""
         params, self.time_ns = self.params, 0
-        self._physics = BulletPhysics(
+        self.physics = BulletPhysics(
             self.world, self._robot, self._start_pose, params.drive.wheel_torque, params.physics
         )
         self._phases_rad = generator(self._seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2).tolist()
         # base_link may be at the floor, where ALTO's is, or at the axle.
-        self._scan_height_m = self._physics.base_pose()[0][2] + self._laser_above_base_m
+        self._scan_height_m = self.physics.base_pose()[0][2] + self._laser_above_base_m
         self._lidar = Lidar(self.world, self._scan_height_m, params.lidar, generator(self._seed, 'lidar_noise'))
         radii_m, rng = self._robot.wheels[:2], generator(self._seed, 'wheel_slip')
         self._wheels = SlippingWheels(params.wheel_errors, radii_m, rng)
@@ -258,14 +257,7 @@ class Simulator:
     def reset_world(self) -> None:
         """Put the robot back at its start; time and wheel angles continue."""
         self._controller.reset()
-        self._physics.place(self._start_pose)
-
-    def place(self, base_pose_in_world: Pose2D, base_velocity_in_world: PlanarVelocity = AT_REST) -> None:
-        """Put the robot at another pose; time, wheel angles and the command continue.
-
-        The encoder does not measure it: the kidnapped robot problem.
-        """
-        self._physics.place(base_pose_in_world, base_velocity_in_world)
+        self.physics.place(self._start_pose)
 
     def command(self, linear_mps: float, angular_radps: float) -> None:
         """Command a velocity of base_link; InputFault if the command is not finite."""
@@ -274,7 +266,7 @@ class Simulator:
     def tick(self) -> None:
         """Advance by 10 ms."""
         speeds = self._controller.wheel_speeds_radps(self.time_ns, TICK_S)
-        self._physics.tick(*self._wheels.rolling_speeds(*speeds))
+        self.physics.tick(*self._wheels.rolling_speeds(*speeds))
         self.time_ns += TICK_NS
         self._read_wheels()
 
@@ -286,24 +278,13 @@ class Simulator:
             self.time_ns, self._joints, (left * left_rad, right * right_rad), (left * left_radps, right * right_radps)
         )
 
-    def base(self) -> BodyState:
-        """Return the true state of base_link in the world frame."""
-        return self._physics.base()
-
-    def base_pose_in_world(self) -> Pose2D:
-        """Return the true pose of base_link in the plane of the world frame."""
-        return self._physics.base_pose_in_plane()
-
     def scan(self) -> Scan:
         """Take a scan from the LiDAR's true pose."""
-        return self._lidar.scan(self.time_ns, self.base_pose_in_world().compose(self.laser_pose_in_base))
-
-    def obstacle_hit(self) -> Optional[str]:
-        """Return the name of a solid, other than the floor, that the robot touches now, if any."""
-        return self._physics.obstacle_hit()
+        laser_pose_in_world = self.physics.base_pose_in_plane().compose(self.laser_pose_in_base)
+        return self._lidar.scan(self.time_ns, laser_pose_in_world)
 
     def _read_wheels(self) -> None:
-        rolled = self._physics.wheels()
+        rolled = self.physics.wheels()
         turned_rad = self._wheels.turned(rolled.angles_rad)
         self._angles_rad = self._phases_rad[0] + turned_rad[0], self._phases_rad[1] + turned_rad[1]
         self._speeds_radps = self._wheels.turning_speeds(*rolled.speeds_radps)

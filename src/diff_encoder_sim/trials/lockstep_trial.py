@@ -187,12 +187,12 @@ class LockstepTrial:
     def _sample_truth(self, now_ns: int) -> None:
         """Publish the true pose, and fail a robot that touches an obstacle."""
         # Composed as by world_pose_node, for equal bits.
-        pose = WORLD_POSE_IN_MAP.compose(self._simulator.base_pose_in_world())
+        pose = WORLD_POSE_IN_MAP.compose(self._simulator.physics.base_pose_in_plane())
         self.distance_m += math.hypot(pose.x_m - self.true_pose_in_map.x_m, pose.y_m - self.true_pose_in_map.y_m)
         self.true_pose_in_map = pose
         self._publications.models(now_ns, self._simulator)
         self._publications.world_pose(now_ns, pose)
-        hit = self._simulator.obstacle_hit()
+        hit = self._simulator.physics.obstacle_hit()
         if hit is not None:
             raise RouteFailed(Outcome.COLLISION, f'the robot touches {hit} at ({pose.x_m:.2f}, {pose.y_m:.2f}) m')
         self.driver.take_time(now_ns)

@@ -101,7 +101,9 @@ class Publications:
     def models(self, now_ns: int, simulator: Simulator) -> None:
         """Publish /gazebo/model_states."""
         if self._models is not None:
-            self._bag.publish(topics.MODEL_STATES, topics.SIMULATOR_NODE, now_ns, self._models.encode, simulator.base())
+            self._bag.publish(
+                topics.MODEL_STATES, topics.SIMULATOR_NODE, now_ns, self._models.encode, simulator.physics.base()
+            )
 
     def world_pose(self, now_ns: int, base_pose_in_map: Pose2D) -> None:
         """Publish /world_pose, the true pose."""

@@ -86,10 +86,10 @@ def driven(true, nominal, seed):
     rows = []
     while not script.is_over(TICK_S * STATE_TICKS * len(rows)):
         simulator.command(*script.command_at(TICK_S * STATE_TICKS * len(rows), TICK_S * STATE_TICKS))
-        rows.append((*simulator.joint_states().angles_rad, *simulator.base_pose_in_world()))
+        rows.append((*simulator.joint_states().angles_rad, *simulator.physics.base_pose_in_plane()))
         for _ in range(STATE_TICKS):
             simulator.tick()
-    assert simulator.obstacle_hit() is None
+    assert simulator.physics.obstacle_hit() is None
     simulator.close()
     stamps_ns = TICK_NS * STATE_TICKS * np.arange(len(rows))
     every = stamps_ns[1::2], np.array(rows)[1::2, 2:]  # the reference is slower

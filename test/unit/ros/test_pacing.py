@@ -10,10 +10,10 @@ from geometry_msgs.msg import Twist, Vector3
 from rospy import AnyMsg
 from std_msgs.msg import Header
 
-from diff_encoder_sim.navigation.navigator_inputs import ControlRate
+from diff_encoder_sim.navigation.navigator_inputs import STOP, ControlRate
 from diff_encoder_sim.ros import pacing
 from diff_encoder_sim.ros.messages import stamp_from_ns
-from diff_encoder_sim.ros.pacing import STANDSTILL, CommandGate, ExpectedStamps, GraphPacer, WallPacer
+from diff_encoder_sim.ros.pacing import CommandGate, ExpectedStamps, GraphPacer, WallPacer
 from diff_encoder_sim.wheels.report_link import BoundarySampler
 
 MS = 1_000_000
@@ -175,7 +175,7 @@ def test_without_a_period_the_newest_command_is_taken_at_once_and_once(gate):
     [
         ({'is_expected': False}, None),
         ({'is_from_start': False}, None),  # one that starts later
-        ({'is_from_start': False}, STANDSTILL),  # has nothing to do between two goals
+        ({'is_from_start': False}, STOP),  # has nothing to do between two goals
     ],
 )
 def test_a_robot_at_rest_does_not_stall_the_simulation(gate, options, before, caplog):

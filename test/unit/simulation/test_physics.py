@@ -26,22 +26,22 @@ def test_20_m_straight_agree_with_wheel_kinematics_to_a_thousandth(make_simulato
     wheels, turned = drive(simulator, speed, 0.0, 20 / 0.45)
     rolled_m = RADIUS_M * wheels.mean()
     assert abs(rolled_m) > 19.5
-    assert simulator.base_pose_in_world().x_m - start_m == pytest.approx(rolled_m, rel=1e-3)
+    assert simulator.physics.base_pose_in_plane().x_m - start_m == pytest.approx(rolled_m, rel=1e-3)
     assert turned == pytest.approx(RADIUS_M * (wheels[1] - wheels[0]) / SEPARATION_M, abs=1e-3)
     assert abs(math.degrees(turned)) < 0.1  # and it is straight
-    assert simulator.obstacle_hit() is None
+    assert simulator.physics.obstacle_hit() is None
 
 
 def masses_kg(simulator):
-    physics = simulator._physics
+    physics = simulator.physics
     return [physics._bullet.getDynamicsInfo(physics._robot, link)[0] for link in physics._links]
 
 
 def test_the_velocity_of_a_placed_robot_is_that_of_its_base(make_simulator):
     """Its centre of mass, 0.05 m ahead, moves otherwise when it turns."""
     simulator = make_simulator()
-    simulator.place(Pose2D(1.0, 0.5, 1.0), PlanarVelocity(0.2, -0.1, 0.7))
-    base = simulator.base()
+    simulator.physics.place(Pose2D(1.0, 0.5, 1.0), PlanarVelocity(0.2, -0.1, 0.7))
+    base = simulator.physics.base()
     assert base.linear_xyz_mps == pytest.approx((0.2, -0.1, 0.0), abs=1e-3)
     assert base.angular_xyz_radps == pytest.approx((0.0, 0.0, 0.7), abs=1e-9)
 
@@ -55,7 +55,7 @@ def test_pybullet_has_the_masses_of_the_robot_file(make_simulator):
     on_caster = 0.05 / 0.19
     loads = {'front_caster': on_caster, 'left_wheel': (1 - on_caster) / 2, 'right_wheel': (1 - on_caster) / 2}
     expected = {f'{name}_joint': load for name, load in loads.items()}
-    assert simulator._physics.floor_loads() == pytest.approx(expected, rel=0.01)
+    assert simulator.physics.floor_loads() == pytest.approx(expected, rel=0.01)
 
 
 def test_a_robot_of_many_parts_has_all_of_their_mass(make_simulator, tmp_path):
@@ -78,11 +78,11 @@ def test_a_robot_that_slides_into_a_wall_touches_it(make_simulator, tmp_path, sp
     drive = {'max_linear_speed': 20.0, 'max_linear_acceleration': braking_mps2, 'wheel_torque': 200.0}
     simulator, hits = make_simulator(world, Pose2D(0.0, 0.0, 0.0), drive=drive), set()
     for _ in range(500):
-        simulator.command(speed_mps if simulator.base_pose_in_world().x_m < 8.0 else 0.0, 0.0)
+        simulator.command(speed_mps if simulator.physics.base_pose_in_plane().x_m < 8.0 else 0.0, 0.0)
         simulator.tick()
-        hits.add(simulator.obstacle_hit())
+        hits.add(simulator.physics.obstacle_hit())
     assert hits == {None, f'at {wall_x_m} 0 0.5/l/c'}
-    assert simulator.base_pose_in_world().x_m < wall_x_m
+    assert simulator.physics.base_pose_in_plane().x_m < wall_x_m
 
 
 def test_importing_pybullet_prints_nothing_and_later_prints_are_seen():

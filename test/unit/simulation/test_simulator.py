@@ -31,7 +31,7 @@ def test_the_same_seed_gives_the_same_numbers_bit_for_bit_and_after_a_reset(make
 
     def state(simulator):
         drive(simulator, 0.4, 0.2, 1.0)
-        return simulator.joint_states(), simulator.base(), simulator.time_ns
+        return simulator.joint_states(), simulator.physics.base(), simulator.time_ns
 
     simulator = make_simulator(seed=5, wheel_errors=errors)
     first = state(simulator)
@@ -46,20 +46,20 @@ def test_a_robot_put_elsewhere_keeps_time_and_wheel_angles(make_simulator):
     simulator = make_simulator()
     drive(simulator, 0.45, 0.3, 2.0)
     time_ns, joints, scan = simulator.time_ns, simulator.joint_states(), simulator.scan().ranges_m
-    simulator.place(Pose2D(5.0, 1.0, -2.0))
-    assert tuple(simulator.base_pose_in_world()) == pytest.approx((5.0, 1.0, -2.0), abs=1e-6)
-    assert simulator.base().linear_xyz_mps == pytest.approx((0, 0, 0), abs=1e-12)
+    simulator.physics.place(Pose2D(5.0, 1.0, -2.0))
+    assert tuple(simulator.physics.base_pose_in_plane()) == pytest.approx((5.0, 1.0, -2.0), abs=1e-6)
+    assert simulator.physics.base().linear_xyz_mps == pytest.approx((0, 0, 0), abs=1e-12)
     assert (simulator.time_ns, simulator.joint_states()) == (time_ns, joints)
     assert not np.allclose(simulator.scan().ranges_m, scan, atol=0.5)
     simulator.tick()
     assert simulator.time_ns == time_ns + 10_000_000
     simulator.reset_world()
-    assert tuple(simulator.base_pose_in_world()) == pytest.approx((-10, 0, 0), abs=1e-6)
+    assert tuple(simulator.physics.base_pose_in_plane()) == pytest.approx((-10, 0, 0), abs=1e-6)
     assert simulator.joint_states().angles_rad == pytest.approx(joints.angles_rad, abs=1e-3)
     for _ in range(100):  # it rests there
         simulator.tick()
-    assert tuple(simulator.base_pose_in_world()) == pytest.approx((-10, 0, 0), abs=2e-4)
-    assert abs(simulator.base().position_xyz_m[2]) < 1e-3
+    assert tuple(simulator.physics.base_pose_in_plane()) == pytest.approx((-10, 0, 0), abs=2e-4)
+    assert abs(simulator.physics.base().position_xyz_m[2]) < 1e-3
 
 
 def test_a_robot_that_is_placed_while_driving_drives_on(make_simulator):
@@ -68,11 +68,11 @@ def test_a_robot_that_is_placed_while_driving_drives_on(make_simulator):
         simulator.command(0.45, 0.0)
         simulator.tick()
     turned = simulator.joint_states().angles_rad
-    simulator.place(Pose2D(0.0, 0.0, math.pi / 2), PlanarVelocity(0.0, 0.45, 0.0))
+    simulator.physics.place(Pose2D(0.0, 0.0, math.pi / 2), PlanarVelocity(0.0, 0.45, 0.0))
     for _ in range(100):
         simulator.command(0.45, 0.0)
         simulator.tick()
-    end = simulator.base_pose_in_world()
+    end = simulator.physics.base_pose_in_plane()
     assert tuple(end) == pytest.approx((0.0, 0.45, math.pi / 2), abs=0.005)
     wheel_m = RADIUS_M * (np.array(simulator.joint_states().angles_rad) - turned)
     assert wheel_m == pytest.approx(end.y_m, abs=0.002)
@@ -115,16 +115,16 @@ def test_known_unequal_wheels_drive_straight_and_unknown_ones_an_arc(make_simula
     true_m = {'left': 2 * RADIUS_M, 'right': 1.01 * 2 * RADIUS_M}
     params = {'wheel_diameter': true_m} if is_known else {'wheel_errors': {'right_radius_error': 0.01}}
     simulator = make_simulator(**params)
-    start = simulator.base_pose_in_world()
+    start = simulator.physics.base_pose_in_plane()
     wheels, turned_rad = drive(simulator, 0.45, 0.0, 5.0)
-    truth = simulator.base_pose_in_world().relative_to(start)
+    truth = simulator.physics.base_pose_in_plane().relative_to(start)
     odometry = WheelOdometry(OdometryParams(ppr=1e6, wheel_diameter=true_m, wheel_separation=SEPARATION_M))
     odometry.update(0, 0, 0)
     counts = np.rint(1e6 / (2 * math.pi) * wheels).astype(int).tolist()
     assert odometry.update(5 * SECOND, *counts).base_pose_in_odom == pytest.approx(truth, abs=1e-3)
     curvature = 0.0 if is_known else 0.01 / 1.005 / SEPARATION_M
     assert turned_rad == pytest.approx(truth.x_m * curvature, abs=2e-4)
-    assert simulator.base().quat_xyzw[:2] == pytest.approx((0.0, 0.0), abs=1e-4)  # level
+    assert simulator.physics.base().quat_xyzw[:2] == pytest.approx((0.0, 0.0), abs=1e-4)  # level
 
 
 def test_commands_are_ramped_and_cut_to_the_limits_with_a_warning(caplog):
@@ -158,7 +158,7 @@ def test_the_last_finite_command_holds_until_it_times_out():
 def test_straight_ahead_truth_and_wheels_differ_by_radius_and_slip(make_simulator, errors, ratio):
     simulator = make_simulator(wheel_errors=errors)
     wheels, _ = drive(simulator, 0.45, 0.0, 10.0)
-    driven_m = simulator.base_pose_in_world().x_m + 10
+    driven_m = simulator.physics.base_pose_in_plane().x_m + 10
     assert driven_m / (RADIUS_M * wheels.mean()) == pytest.approx(ratio, abs=2e-4)
     assert RADIUS_M * wheels.mean() == pytest.approx(0.45 * 10, rel=0.05)  # wheels obey commands
 
@@ -182,7 +182,7 @@ def test_slip_noise_has_the_variance_that_was_asked_for(make_simulator):
     for seed in range(40):
         simulator = make_simulator(seed=seed, wheel_errors={'slip_noise': noise})
         wheels, _ = drive(simulator, 0.45, 0.0, 2.0)
-        errors_m += (RADIUS_M * wheels - (simulator.base_pose_in_world().x_m + 10)).tolist()
+        errors_m += (RADIUS_M * wheels - (simulator.physics.base_pose_in_plane().x_m + 10)).tolist()
         simulator.close()
     path_m = 0.9 - 0.45 * 0.3  # the ramp takes 0.6 s, on average at half the speed
     # 80 samples: their variance is within 1 +- 0.45 of the true one in 99 % of cases.
@@ -223,20 +223,23 @@ def test_odometry_of_joint_states_is_where_the_robot_is(make, name):
             simulator.tick()
             for sample in encoder.update(*simulator.joint_states()[:3]):
                 estimate = odometry.update(*sample)
-        (x_mps, y_mps, _), yaw_rad = simulator.base().linear_xyz_mps, simulator.base_pose_in_world().yaw_rad
+        (x_mps, y_mps, _), yaw_rad = (
+            simulator.physics.base().linear_xyz_mps,
+            simulator.physics.base_pose_in_plane().yaw_rad,
+        )
         true_mps = (x_mps + 1j * y_mps) * np.exp(-1j * yaw_rad)
         assert true_mps == pytest.approx(estimate.linear_velocity_mps + 1j * estimate.lateral_velocity_mps, abs=2e-3)
-    truth = simulator.base_pose_in_world().relative_to(START)
+    truth = simulator.physics.base_pose_in_plane().relative_to(START)
     assert math.hypot(*truth[:2]) > 0.2
     # A step of 10 ms moves the robot along the heading at its end: up to v 5 ms for each change of velocity.
     assert tuple(estimate.base_pose_in_odom) == pytest.approx(tuple(truth), abs=4e-3)
-    assert simulator.obstacle_hit() is None
+    assert simulator.physics.obstacle_hit() is None
 
 
 @pytest.mark.parametrize('root_height_m', [0.0, 0.033, 0.2])
 def test_the_root_is_as_high_above_the_floor_as_in_the_file(make, root_height_m):
     simulator = make(Recipe(root_height_m=root_height_m))
-    assert simulator.base().position_xyz_m[2] == pytest.approx(root_height_m, abs=1e-4)
+    assert simulator.physics.base().position_xyz_m[2] == pytest.approx(root_height_m, abs=1e-4)
 
 
 @pytest.mark.parametrize(('y_m', 'is_hit'), [(0.0, True), (0.18, False)])
@@ -250,13 +253,13 @@ def test_the_hull_hits_walls_and_the_balls_of_the_wheels_do_not(make, y_m, is_hi
     for _ in range(100):
         simulator.command(0.3, 0.0)
         simulator.tick()
-    assert (simulator.obstacle_hit() is not None) == is_hit
+    assert (simulator.physics.obstacle_hit() is not None) == is_hit
 
 
 def test_nothing_of_pybullet_reaches_the_terminal(make, capfd):
     simulator = make(RECIPES['frames without inertia'])
     simulator.tick()
-    assert capfd.readouterr() == ('', '') and np.isfinite(simulator.base().position_xyz_m).all()
+    assert capfd.readouterr() == ('', '') and np.isfinite(simulator.physics.base().position_xyz_m).all()
 
 
 @pytest.fixture
