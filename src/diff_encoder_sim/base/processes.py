@@ -1,9 +1,8 @@
-"""The process, its host and its garbage collector."""
+"""The process and its host."""
 
 from __future__ import annotations
 
 import contextlib
-import gc
 import os
 import platform
 import signal
@@ -21,16 +20,6 @@ def interrupts_blocked() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-@contextlib.contextmanager
-def without_collection() -> Iterator[None]:
-    """Pause the garbage collector in this context."""
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()
 
 
 def python_command(module: str) -> List[str]:

@@ -81,7 +81,9 @@ class Amcl:
 
     def global_localization(self) -> None:
         """Restart with a uniform distribution over the free cells and all headings."""
-        self._restart(particle_sets.particles_everywhere(self._free_cells, self.params.max_particles, self._rng))
+        cells, count = self._free_cells, self.params.max_particles
+        places_m = cells.centres(self._rng.integers(0, len(cells), count))
+        self._restart(np.column_stack([places_m, self._rng.uniform(-np.pi, np.pi, count)]))
         self._is_anywhere = True
         self._lost.declare_lost()
 

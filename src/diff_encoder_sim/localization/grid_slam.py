@@ -66,11 +66,6 @@ class GridSlam:
         self._newest_ns: Optional[int] = None  # stamp of the newest scan, added or not
 
     @property
-    def weights(self) -> np.ndarray:
-        """(n,) weights of the particles, sum 1."""
-        return normalised(self._log_weights)
-
-    @property
     def odom_pose_in_map(self) -> Optional[Pose2D]:
         """The transform map->odom to broadcast, None before the first scan."""
         return self.last_estimate.odom_pose_in_map if self.last_estimate else None
@@ -128,7 +123,7 @@ class GridSlam:
     def _finish(self, odom_pose: Pose2D, stamp_ns: int, may_resample: bool) -> SlamEstimate:
         """Record the step, and resample when few particles count (lines 29 to 32)."""
         self._odom_pose, self._entered_ns = odom_pose, stamp_ns
-        weights = self.weights
+        weights = normalised(self._log_weights)
         count = effective_count(weights)
         is_due = may_resample and count < self.params.resampleThreshold * len(weights)
         kept = systematic_indices(weights, self._rng) if is_due else np.arange(len(weights))

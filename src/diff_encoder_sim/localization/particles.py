@@ -118,12 +118,6 @@ def even_normals(count: int, rng: np.random.Generator) -> np.ndarray:
     return np.array([*map(NormalDist().inv_cdf, places.ravel().tolist())]).reshape(count, 3)
 
 
-def particles_everywhere(free_cells: FreeCells, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw (count, 3) particles, uniform over the free cells and over all headings."""
-    places_m = free_cells.centres(rng.integers(0, len(free_cells), count))
-    return np.column_stack([places_m, rng.uniform(-np.pi, np.pi, count)])
-
-
 def check_grid(grid: OccupancyGrid) -> None:
     """Raise InputFault for a map without a free cell, or with an invalid resolution or origin."""
     if not SMALLEST_CELL_M <= grid.resolution_m <= LARGEST_CELL_M:

@@ -99,9 +99,8 @@ class LocalWorkers:
 @contextlib.contextmanager
 def local_workers(count: int) -> Iterator[LocalWorkers]:
     """Run tasks in `count` processes of this host, which end with the context and with this process, even if killed."""
-    with tempfile.TemporaryDirectory(prefix='campaign-') as scratch, contextlib.ExitStack() as opened:
-        workers = LocalWorkers(count, scratch)
-        opened.callback(workers.close)
+    folder = tempfile.TemporaryDirectory(prefix='campaign-')
+    with folder as scratch, contextlib.closing(LocalWorkers(count, scratch)) as workers:
         yield workers
 
 

@@ -152,7 +152,8 @@ class LockstepTrial:
         if self._scan_period_ns and now_ns % self._scan_period_ns == 0:
             scan = simulator.scan()
             self._publications.scan(scan)
-            self.driver.take_scan(scan)
+            if isinstance(self.driver, NavigatingDriver):
+                self.driver.take_scan(scan)
         delayed = self._delayed
         while delayed and delayed[0][0] <= now_ns:  # actions may add more
             _, _, action, arguments = heapq.heappop(delayed)

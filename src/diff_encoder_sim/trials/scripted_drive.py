@@ -6,7 +6,6 @@ import bisect
 import math
 from typing import Callable, List, NamedTuple, Tuple
 
-from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trial_definition import Trial
@@ -105,6 +104,3 @@ class ScriptedDriver:
         elapsed_s = now_ns / NANOSECONDS_PER_SECOND
         self._send(now_ns, Command(*self._drive.command_at(elapsed_s)), False)
         self.is_over = self._drive.is_over(elapsed_s)
-
-    def take_scan(self, scan: Scan) -> None:
-        """Ignore it."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import platform
 import threading
@@ -13,7 +14,6 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import CampaignFault, in_one_line
-from diff_encoder_sim.base.processes import without_collection
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.topics import PoseSource
@@ -32,11 +32,14 @@ distributed = deferred('distributed')
 
 def run_trials(trials: Sequence[TrialSetup], robot_file: Path) -> List[TrialRow]:
     """Run navigated trials, or scripted ones of one drive; each has the same row and bag as if it ran separately."""
-    with without_collection():
+    gc.disable()
+    try:
         if trials[0].plan.trial.nav == 'scripted':
             drive, reports = run_scripted_trials(trials, robot_file)
             return [_row(setup, drive, last) for setup, last in zip(trials, reports)]
         return [_run_navigated(setup, robot_file) for setup in trials]
+    finally:
+        gc.enable()
 
 
 def _run_navigated(setup: TrialSetup, robot_file: Path) -> TrialRow:

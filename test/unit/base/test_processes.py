@@ -1,6 +1,5 @@
 """This process and others: garbage collection, Ctrl-C, roslaunch, git."""
 
-import gc
 import os
 import signal
 import subprocess
@@ -9,14 +8,7 @@ import threading
 
 import pytest
 
-from diff_encoder_sim.base.processes import (
-    catches_signal,
-    git,
-    interrupts_blocked,
-    is_roslaunch,
-    parent_only_lists,
-    without_collection,
-)
+from diff_encoder_sim.base.processes import catches_signal, git, interrupts_blocked, is_roslaunch, parent_only_lists
 from places import ROOT
 
 
@@ -34,12 +26,6 @@ def fixture_process():
     yield process
     for each in started:
         each.communicate(b'\n')
-
-
-def test_garbage_is_collected_after_the_context():
-    with without_collection():
-        assert not gc.isenabled()
-    assert gc.isenabled()
 
 
 def test_git_reports_where_there_is_a_repository(tmp_path):

@@ -48,7 +48,7 @@ def test_particles_are_redrawn_when_few_of_them_count():
     assert estimates[0].base_pose_in_map == pytest.approx(START)
     never, _, its = drive(noise=0.03, sigma_m=0.03, resampleThreshold=0.0)
     assert not any(estimate.has_resampled for estimate in its if estimate)
-    assert 1.0 / np.square(never.weights).sum() < 4.0
+    assert 1.0 / np.square(room.normalised(never._log_weights)).sum() < 4.0
 
 
 def test_scans_are_entered_after_a_move_a_turn_or_a_time():
