@@ -168,7 +168,7 @@ def main() -> None:
     driven = run_trials(arguments.trials, arguments.workers, {**settings, **errors.overrides()})
     errors_m = [np.array([one.error[QUANTITY.component] for one in drives]) for drives in (ideal, driven)]
     rows = [[cell.statistic, cell.paper, *(f'{statistic(e, cell):.3f}' for e in errors_m)] for cell in fitted_row()]
-    print_table(rows, [QUANTITY.head, 'paper', 'ideal wheels', 'fitted'])
+    print_table(rows, [f'{QUANTITY.axis} [{QUANTITY.unit}]', 'paper', 'ideal wheels', 'fitted'])
 
 
 if __name__ == '__main__':

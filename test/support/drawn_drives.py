@@ -84,8 +84,8 @@ def one_by_one(drive, robot, encoder, seed):
     end, sound_end = (_integrated(each, drive.rolled.separation_m) for each in (ways_m, drive.rolled.ways_m))
     # A simulated drive's contacts slip a little: its wheels' way ends beside the true one.
     true_end, axle = drive.rolled.end.compose(end.relative_to(sound_end)), Pose2D(robot.axle_x_m, 0.0, 0.0)
-    true_base = drive.start_in_map.compose(axle).compose(true_end).compose(axle.inverse())
-    told_base = drive.start_in_map.compose(told)
+    start = drive.requested.test.start.pose()
+    true_base, told_base = start.compose(axle).compose(true_end).compose(axle.inverse()), start.compose(told)
     turned_rad = wrap_angle(told_base.yaw_rad - true_base.yaw_rad)
     return np.array([told_base.x_m - true_base.x_m, told_base.y_m - true_base.y_m, turned_rad])
 

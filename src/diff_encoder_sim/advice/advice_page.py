@@ -18,8 +18,7 @@ from diff_encoder_sim.advice.odometry_study import Advice
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, chart_of, with_legend, zoomed
 from diff_encoder_sim.analysis.charts.drawings import PLAIN, tips
-from diff_encoder_sim.analysis.report.about import PageAbout, about_html
-from diff_encoder_sim.base.atomic_files import write_file
+from diff_encoder_sim.analysis.report.about import PageAbout, save_page
 
 # Colours of criteria and causes, safe for colour-blind readers (Okabe and Ito, 2008; the last by Tol).
 COLOURS = {Criterion.ODOMETRY: '#d55e00', Criterion.POSE_ESTIMATE: '#0072b2', Criterion.TRUTH: '#009e73'}
@@ -43,7 +42,9 @@ _COUNTS = (
 
 PRODUCTS: tables.Products = {
     'manufacturer': lambda file: file.manufacturer,
-    'part (documentation)': lambda file: _linked(file.part, file.link),
+    'part (documentation)': lambda file: (
+        Markup('<a href="{}">{}</a>').format(file.link, file.part) if file.link else file.part
+    ),
     'type': lambda file: file.type,
     **tables.PRODUCTS,
 }
@@ -61,9 +62,11 @@ def write_page(advice: Advice, about: PageAbout, path: Path) -> None:
         for curve in advice.curves.curves
     ]
     trials = sum(tried.within[Criterion.TRUTH].trials for tried in advice.tried)
-    page = chart_page.load_template('advice.html', Path(__file__).parent, chart_page.STYLE).render(
+    save_page(
+        path,
+        Path(__file__).with_name('advice.html'),
+        about,
         advice=advice,
-        about=about_html(about, path.parent),
         scope='; '.join([*scope, *([f'{trials} closed-loop trials'] if trials else [])]) + '.',
         answer={**tables.summary(advice), 'assumptions': tables.assumptions_text(advice)},
         closed_form=tables.closed_form_text(advice),
@@ -71,11 +74,6 @@ def write_page(advice: Advice, about: PageAbout, path: Path) -> None:
         charts=charts,
         tables=list(tables.advice_tables(advice, PRODUCTS)),
     )
-    write_file(path, page.encode('utf-8'))
-
-
-def _linked(text: str, address: str) -> str:
-    return Markup('<a href="{}">{}</a>').format(address, text) if address else text
 
 
 def advice_charts(advice: Advice) -> Markup:
@@ -134,10 +132,9 @@ def _share_chart(advice: Advice) -> Chart:
         dots = tips({'encoder': 'encoder', 'criterion': 'criterion', 'trials': 'trials within'})
         layers.append(tried.mark_rule(clip=True).encode(y=_share('low'), y2='high:Q'))
         layers.append(tried.mark_point(filled=True, size=60, clip=True).encode(y=_share(), tooltip=dots))
-    if encoders:
-        diamonds = chart_of(encoders).mark_point(shape='diamond', size=60, color=of_odometry, clip=True)
-        named = tips({'encoder': 'encoder', 'counts': 'counts', 'trials': 'draws within'})
-        layers.append(diamonds.encode(x=_COUNTS, y=_share(), tooltip=named))
+    diamonds = chart_of(encoders).mark_point(shape='diamond', size=60, color=of_odometry, clip=True)
+    named = tips({'encoder': 'encoder', 'counts': 'counts', 'trials': 'draws within'})
+    layers.append(diamonds.encode(x=_COUNTS, y=_share(), tooltip=named))
     dots_text = 'dots: closed-loop trials with the confidence interval; ' if advice.tried else ''
     description = (
         'Line: odometry, sampled drives; dotted: odometry in closed form, quantisation only, for the axis '

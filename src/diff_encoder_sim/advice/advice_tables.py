@@ -14,7 +14,7 @@ from diff_encoder_sim.advice.answers import AXES, Answer, Budget, Criterion, Kin
 from diff_encoder_sim.advice.odometry_answer import share_within
 from diff_encoder_sim.advice.odometry_study import Advice, ListedEncoder
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
-from diff_encoder_sim.analysis.text_tables import TextTable
+from diff_encoder_sim.analysis.result_tables import TextTable
 from diff_encoder_sim.base.rounding import rounded
 from diff_encoder_sim.robots.wheel_quality import BEST_STD, EXACT, ROBOT_FILE, WheelQuality
 from diff_encoder_sim.wheels.catalogue import EncoderFileParams
@@ -290,11 +290,10 @@ def _encoder(encoder: ListedEncoder) -> Dict[str, Any]:
 def _budget(budget: Budget) -> Dict[str, Any]:
     every = {
         cause: {
-            axis: {'bias': bias, 'variance': variance}
-            for axis, bias, variance in zip(AXES, part.bias.tolist(), part.variance.tolist())
+            axis: {'bias': bias, 'variance': variance} for axis, bias, variance in zip(AXES, *np.array(part).tolist())
         }
         for cause, part in budget.every.items()
     }
-    parts = {cause: every[cause] for cause in budget.parts}
-    fractions = {cause: budget.position_fractions[cause] for cause in budget.parts}
-    return {'parts': parts, 'rest': every['rest'], 'found': every['found'], 'position_fractions': fractions}
+    rest, found, fractions = every.pop('rest'), every.pop('found'), budget.position_fractions
+    fractions = {cause: fractions[cause] for cause in every}
+    return {'parts': every, 'rest': rest, 'found': found, 'position_fractions': fractions}

@@ -108,7 +108,7 @@ def part_of(errors: np.ndarray) -> Part:
 
 def added(errors: np.ndarray, without: np.ndarray) -> Part:
     """Return the contribution of a cause from paired (n, 3) errors with and without it."""
-    return Part(errors.mean(axis=0) - without.mean(axis=0), errors.var(axis=0, ddof=1) - without.var(axis=0, ddof=1))
+    return Part(*np.subtract(part_of(errors), part_of(without)))
 
 
 class Criterion(str, enum.Enum):
@@ -148,8 +148,8 @@ class Limit(NamedTuple):
     reduced_to: float  # error that would leave room for other causes
 
     def __str__(self) -> str:
-        error, allowed = self._error_and_allowed()
-        return f'{self.cause} makes {error} {AXIS_TEXT[self.axis]} in {self.test}, {allowed}'
+        error, allowed = amount_text(self.error, self.axis), amount_text(self.tolerance, self.axis, 6)
+        return f'{self.cause} makes {error} {AXIS_TEXT[self.axis]} in {self.test}, {allowed} allowed'
 
     @property
     def fraction(self) -> float:
@@ -159,10 +159,7 @@ class Limit(NamedTuple):
     @property
     def amount(self) -> str:
         """Return the error and the tolerance: `47 mm, 50 mm allowed`."""
-        return ', '.join(self._error_and_allowed())
-
-    def _error_and_allowed(self) -> Tuple[str, str]:
-        return amount_text(self.error, self.axis), f'{amount_text(self.tolerance, self.axis, 6)} allowed'
+        return f'{amount_text(self.error, self.axis)}, {amount_text(self.tolerance, self.axis, 6)} allowed'
 
     @property
     def reduced(self) -> str:

@@ -63,11 +63,6 @@ class ErrorFreeDrive(NamedTuple):
         return self.requested.test.name
 
     @property
-    def start_in_map(self) -> Pose2D:
-        """Return the start pose."""
-        return self.requested.test.start.pose()
-
-    @property
     def goal_in_map(self) -> Pose2D:
         """Return the goal pose."""
         return self.requested.goal()
@@ -371,7 +366,8 @@ class DriveDraws:
     def _in_map(self, errors: np.ndarray) -> np.ndarray:
         """Rotate (..., 3) errors from the axes of the start to those of the map, and wrap the heading."""
         x_m, y_m, error_rad = np.moveaxis(errors, -1, 0)
-        cos, sin = math.cos(self.drive.start_in_map.yaw_rad), math.sin(self.drive.start_in_map.yaw_rad)
+        start_rad = self.drive.requested.test.start.pose().yaw_rad
+        cos, sin = math.cos(start_rad), math.sin(start_rad)
         return np.stack([cos * x_m - sin * y_m, sin * x_m + cos * y_m, wrap_angles(error_rad)], axis=-1)
 
     def _turned(self, ways_m: np.ndarray, first: int, amounts: Amounts) -> np.ndarray:

@@ -170,7 +170,7 @@ def odometry_budgets(draws: DriveDraws, encoders: Sequence[EncoderParams]) -> Li
 
     Slip on the simulated floor is a separate part because it belongs to the simulator, not to the robot.
     """
-    kinds = zip(encoders, map(_without_faults, encoders), map(_ideal, encoders))
+    kinds = zip(encoders, map(_without_faults, encoders), map(ideal_of, encoders))
     bare, *errors = _errors(draws, [None, *(encoder for of_one in kinds for encoder in of_one)], {})
     of_wheels = {cause: answers.part_of(by_cause) for cause, by_cause in wheel_errors(draws).items()}
     budgets = []
@@ -199,7 +199,7 @@ def _errors(
     return [answers.along_goal(errors, draws.drive.goal_in_map) for errors in found]
 
 
-def _ideal(encoder: EncoderParams) -> EncoderParams:
+def ideal_of(encoder: EncoderParams) -> EncoderParams:
     """Return an error-free encoder with the same counts."""
     return encoder.model_copy(update={'ppr': encoder.counts_per_turn, 'encoder': IDEAL_ENCODER})
 
@@ -267,7 +267,7 @@ def own_limits(
     """Return the encoder errors, except quantisation, that are too large; if only their sum is, the worst one."""
     by_place = {}
     for draws in tests:
-        kinds = [encoder, _without_faults(encoder), _ideal(encoder)]
+        kinds = [encoder, _without_faults(encoder), ideal_of(encoder)]
         faulty, sound, ideal = _errors(draws, kinds, {}, count)
         by_place.update({(EDGES, draws.drive.test): sound - ideal, (MISSED, draws.drive.test): faulty - sound})
     found = {place: errors for place, errors in by_place.items() if errors.any()}

@@ -157,8 +157,8 @@ def listed_encoders(
             meets[criterion] = None if loses_counts else _by_counts(like, answers.get(criterion))
         own: List[Limit] = []
         if meets[Criterion.ODOMETRY] is False:  # by its own errors if its counts suffice
-            ideal = params.model_copy(update={'ppr': params.counts_per_turn, 'encoder': IDEAL_ENCODER})
-            is_enough = bool(_met(_worst(tests, ideal, LISTED_DRAWS, requirement), requirement))
+            ideal = odometry_answer.ideal_of(params)
+            is_enough = _worst(tests, ideal, LISTED_DRAWS, requirement).low >= requirement.share
             own = odometry_answer.own_limits(tests, params, requirement, is_enough, LISTED_DRAWS)
         found.append(ListedEncoder(name, real, params.counts_per_turn.left, like, share, meets, own))
     return sorted(found, key=lambda encoder: (encoder.is_of_robot, encoder.ppr, encoder.name))

@@ -89,10 +89,9 @@ def closed_form_table(results: Results) -> Optional[ResultTable]:
         travels_m, pulse_m = wheel_travel_m(requested, robot, stops), math.pi * robot.wheel_diameter_m / ppr
         if travels_m is not None:
             expected_stds[YAW.component] = heading_std_rad(travels_m, pulse_m, robot.wheel_separation_m)
-        for quantity in QUANTITIES:
+        for quantity, expected_std in zip(QUANTITIES, expected_stds.tolist()):
             unit, scale = SCALED[quantity.unit]
-            errors = scale * final_errors(known, MINUS_TRUTH, quantity)
-            expected = scale * quantity.scale * float(expected_stds[quantity.component])
+            errors, expected = scale * final_errors(known, MINUS_TRUTH, quantity), scale * quantity.scale * expected_std
             if not expected:
                 continue
             low, high = std_interval(errors)

@@ -55,10 +55,10 @@ def compare_encoders(results: Results) -> pd.DataFrame:
                     ERROR: wilcoxon(*sizes),
                     WITHIN: mcnemar(*(each <= quantity.tolerance for each in sizes)),
                 }
-                for question, (count, estimate, (low, high), p_value) in found.items():
-                    values = (source.value, question, quantity.name, coarse, fine, count, estimate, low, high, p_value)
-                    rows.append({**dict(zip(keys, key)), **dict(zip(_RESULTS, values))})
-    compared = pd.DataFrame(rows, columns=[*keys[:-1], *_RESULTS, 'setup'])
+                for question, (count, estimate, interval, p_value) in found.items():
+                    about = (*key, source.value, question, quantity.name, coarse, fine)
+                    rows.append((*about, count, estimate, *interval, p_value))
+    compared = pd.DataFrame(rows, columns=[*keys, *_RESULTS])
     compared['p_holm'] = compared.groupby(['source', 'question'])['p'].transform(holm)
     compared['verdict'] = [conclusion(row) for row in compared.to_dict('records')]
     return compared

@@ -7,16 +7,21 @@ import os
 import shutil
 import uuid
 from pathlib import Path
-from typing import Iterator, Optional
+from typing import Iterator, Optional, Sequence, Tuple
+
+import numpy as np
 
 from diff_encoder_sim.analysis.encoder_comparison import compare_encoders
+from diff_encoder_sim.analysis.encoder_labels import IDEAL, ppr_text
+from diff_encoder_sim.analysis.quantities import MINUS_TRUTH, QUANTITIES
 from diff_encoder_sim.analysis.report.answer import REPORT, advise_command, find_answer
 from diff_encoder_sim.analysis.result_tables import ResultTable, write_tables
-from diff_encoder_sim.analysis.results_table import Results
-from diff_encoder_sim.analysis.ros_wheels import ros_wheels
+from diff_encoder_sim.analysis.results_table import Results, encoders, final_errors
+from diff_encoder_sim.analysis.summaries import Sufficiency, fewest_trials, fractions_within
 from diff_encoder_sim.analysis.tables import all_tables
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.wheels.ros_parameters import ros_parameters
+from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryParams
+from diff_encoder_sim.wheels.ros_parameters import RosWheels, ros_parameters
 
 CONTENTS = '.analysis'  # lists the files written by analyze, one per line; a folder with other files is not replaced
 
@@ -37,8 +42,9 @@ def write_analysis(results: Results, folder: Path, beside: Optional[Results] = N
     of_paper = [] if paper is None else [paper.scores, *paper.cells, paper.all_cells]
     comparisons = ResultTable('comparisons', '', compared.drop(columns=['p', 'setup']))
     write_tables([*tables, comparisons, *of_paper], folder / 'tables')
-    lead = write_report(results, tables, compared, write_figures(results, folder / 'figures'), paper, folder / REPORT)
-    command = '' if find_answer(results) else advise_command(results)
+    figures, answer = write_figures(results, folder / 'figures'), find_answer(results)
+    lead = write_report(results, tables, compared, figures, paper, answer, folder / REPORT)
+    command = '' if answer else advise_command(results)
     is_concluded = paper is not None and (beside is not None or paper.has_enough_trials)
     texts = [lead.text, *(paper.texts if paper and is_concluded else [])]
     wheels = ros_wheels(results)
@@ -47,6 +53,34 @@ def write_analysis(results: Results, folder: Path, beside: Optional[Results] = N
         exported.write(folder)
         texts[:0] = [exported.ros1, '\nParameters: ros1.yaml, ros2.yaml next to the report\n']
     return '\n'.join([*texts, *([f'Which encoder: {command}'] if command else [])])
+
+
+def ros_wheels(results: Results) -> Optional[RosWheels]:
+    """Return the wheels with the coarsest encoder whose odometry suffices in all tests, else with the finest one.
+
+    Without wheel errors of the campaign they are exact. None if no trial has an encoder.
+    """
+    labels, fractions = [label for label in encoders(results.trials) if label != IDEAL], fractions_within(results)
+    if not labels:
+        return None
+    is_enough = fractions['sufficiency'] == Sufficiency.YES.value
+    of_odometry = is_enough[fractions['pose'] == MINUS_TRUTH].groupby(fractions['ppr']).all()
+    label = next((each for each in labels if of_odometry[each]), labels[-1])
+    left, *right = map(float, label.partition(' ')[0].split('-'))  # `40-90`: 40 left, 90 right
+    trial = next(iter(results.requested.values()))
+    known = {key: getattr(trial, key) for key in ('wheel_diameter', 'wheel_separation', *UNCERTAINTY_KEYS)}
+    odometry = OdometryParams.from_mapping({**known, 'ppr': {'left': left, 'right': [left, *right][-1]}}, '')
+    about = f'{results.title}, {ppr_text(label)}, wheels as simulated'
+    return RosWheels(odometry, about, measured=_measured(results, label))
+
+
+def _measured(results: Results, label: str) -> Optional[Tuple[Sequence[float], str]]:
+    """Return the mean squares of the odometry error after the first test with enough trials, along the axes of odom."""
+    for test, of_test in results.trials[results.trials['ppr'] == label].groupby('test', sort=False):
+        errors = [final_errors(of_test, MINUS_TRUTH, quantity) / quantity.scale for quantity in QUANTITIES]
+        if len(errors[0]) >= fewest_trials() and results.requested[test].test.start.yaw == 0.0:
+            return [float(np.mean(each**2)) for each in errors], f'{test}, measured in {len(errors[0])} trials'
+    return None
 
 
 @contextlib.contextmanager

@@ -30,11 +30,6 @@ class Quantity(NamedTuple):
         """Return the column of the results table with this component of a pose of `POSES`, in SI units."""
         return f'{pose}_yaw_rad' if self.unit == 'deg' else f'{pose}_{self.name}'
 
-    @property
-    def head(self) -> str:
-        """Return the table heading."""
-        return f'{self.axis} [{self.unit}]'
-
 
 QUANTITIES = (  # with the tolerances of the paper
     Quantity('x_m', 'x', 'm', 0, 1.0, 0.05),

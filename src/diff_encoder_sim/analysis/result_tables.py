@@ -1,10 +1,15 @@
-"""Result tables: a DataFrame with all digits for CSV, and the formatting of its columns for pages."""
+"""Tables for pages and files.
+
+Result tables are a DataFrame with all digits for CSV, and the formatting of its columns; text tables are strings for
+the terminal and for pages.
+"""
 
 from __future__ import annotations
 
 import functools
 import itertools
 import re
+import textwrap
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Sequence, Union
 
@@ -16,10 +21,11 @@ from diff_encoder_sim.base.deferred import pandas as pd
 
 GROUPS_ABREAST = 4  # column groups per page width; the others follow in another block with the key columns
 OF_PAPER = re.compile(r'(paper_)?table[3-6]')  # also written as Markdown and LaTeX
+NOTE_COLUMNS = 100  # of notes in the terminal
 NOTHING = '–'
 LABELS = {  # on pages for values in CSV files
     **POSES,
-    **{quantity.name: quantity.head for quantity in QUANTITIES},
+    **{quantity.name: f'{quantity.axis} [{quantity.unit}]' for quantity in QUANTITIES},
     'std': 'std. dev.',
     'pct_within': '% within',
     'position_mm': 'position [mm]',
@@ -130,3 +136,25 @@ def html_table(table: ResultTable) -> List[Dict[str, Any]]:
         groups = groups if any(group for group, _ in groups) else []
         blocks.append({'groups': groups, 'heads': heads, 'keys': keys, 'rows': rows})
     return blocks
+
+
+class TextTable(NamedTuple):
+    """Table of strings."""
+
+    title: str
+    heads: List[str]
+    rows: List[List[str]]
+    note: str = ''
+    texts: int = 2  # columns on the left that are aligned left
+
+    def text(self) -> str:
+        """Return the table for the terminal."""
+        aligned = [*['left'] * self.texts, *['right'] * (len(self.heads) - self.texts)]
+        text = tabulate(self.rows, self.heads, disable_numparse=True, colalign=aligned)
+        return '\n'.join([self.title, text, *(textwrap.fill(line, NOTE_COLUMNS) for line in self.note.splitlines())])
+
+    @property
+    def block(self) -> Dict[str, Any]:
+        """Return the table for the macros of tables.html."""
+        heads = [(head, place >= self.texts) for place, head in enumerate(self.heads)]
+        return {'groups': [], 'heads': heads, 'keys': 0, 'rows': self.rows}

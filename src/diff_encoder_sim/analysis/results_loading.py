@@ -77,8 +77,8 @@ def _manifest(path: Path) -> Tuple[Dict[str, Any], Dict[str, Trial], RobotGeomet
         tests = [{key: test[key] for key in test if key != 'files'} for test in configuration['tests']]
         sets, encoders = configuration['parameters'], [*configuration['ppr'], *configuration['encoders']]
         wheels, varied = sets[0]['odometry'], sorted(sets[0]['varied'])
-        uncertain = {key: wheels[key] for key in UNCERTAINTY_KEYS if key in wheels}
-        common = {**uncertain, **{key: wheels[key] for key in ('wheel_diameter', 'wheel_separation')}}
+        common = {key: wheels[key] for key in UNCERTAINTY_KEYS if key in wheels}
+        common.update(wheel_diameter=wheels['wheel_diameter'], wheel_separation=wheels['wheel_separation'])
         common['nav'] = configuration['nav']
         trials = [Trial.from_mapping({**common, 'test': test}, str(path)) for test in tests]
         robot = RobotGeometry(trials[0].wheel_diameter.mean, trials[0].wheel_separation)

@@ -11,7 +11,7 @@ import numpy as np
 from diff_encoder_sim.analysis import results_table, statistics
 from diff_encoder_sim.analysis.encoder_labels import IDEAL, ppr_text, ppr_values
 from diff_encoder_sim.analysis.quantities import LEVEL, MINUS_TRUTH, QUANTITIES, YAW, Quantity, X
-from diff_encoder_sim.analysis.result_tables import Column, Decimals, ResultTable
+from diff_encoder_sim.analysis.result_tables import LABELS, Column, Decimals, ResultTable
 from diff_encoder_sim.analysis.results_table import ALIGNMENTS, RPES, SUCCEEDED, Results, RobotGeometry, encoders
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.trials.trials_csv import VARIANT
@@ -34,10 +34,9 @@ def pulse_resolution(pprs: Sequence[float], robot: RobotGeometry) -> pd.DataFram
         each wheel, in opposite directions: 2 d / L; `one_wheel_angle_deg`, one pulse of one wheel only: d / L.
     """
     linear_m = math.pi * robot.wheel_diameter_m / np.array(pprs)
-    columns = {'ppr': [f'{ppr:g}' for ppr in pprs], 'linear_mm': 1e3 * linear_m}
-    for wheels, factor in (('two', 2.0), ('one', 1.0)):
-        columns[f'{wheels}_wheel_angle_deg'] = np.degrees(factor * linear_m / robot.wheel_separation_m)
-    return pd.DataFrame(columns)
+    angle_deg = np.degrees(linear_m / robot.wheel_separation_m)
+    columns = {'linear_mm': 1e3 * linear_m, 'two_wheel_angle_deg': 2.0 * angle_deg, 'one_wheel_angle_deg': angle_deg}
+    return pd.DataFrame({'ppr': [f'{ppr:g}' for ppr in pprs], **columns})
 
 
 def pulse_resolution_table(pprs: Sequence[float], robot: RobotGeometry) -> ResultTable:
@@ -108,7 +107,7 @@ def goal_table(results: Results, pose: str, found: pd.DataFrame) -> ResultTable:
         of_column = found[(found['ppr'] == label) & (found['quantity'] == quantity.name)].astype(object)
         exact = exact.merge(of_column.melt(keys, STATISTICS, 'statistic', name), how='left')
         decimals = [of_row.get(statistic, DECIMALS[quantity.unit]) for statistic in exact['statistic']]
-        columns[name] = Column(quantity.head, ppr_text(label, 'PPR'), decimals)
+        columns[name] = Column(LABELS[quantity.name], ppr_text(label, 'PPR'), decimals)
     counts = exact.loc[exact['statistic'] == 'trials', list(columns)]
     exact.loc[counts.index, list(columns)] = counts.fillna(0).astype(int)
     note = (
@@ -155,18 +154,11 @@ def path_error_table(results: Results) -> Optional[ResultTable]:
         if of_source.empty:
             continue
         means, ate_m = of_source.mean(numeric_only=True), of_source['ate_rmse_m'].to_numpy(dtype=float)
-        low_m, high_m = statistics.mean_interval(ate_m)
-        row = {
-            **dict(zip(keys, key)),
-            'source': source.value,
-            'trials': len(of_source),
-            'ate_rmse_mean_m': float(np.mean(ate_m)),
-            'ate_rmse_low_m': low_m,
-            'ate_rmse_high_m': high_m,
-            'ate_rmse_std_m': statistics.spread(ate_m),
-            'ate_max_m': float(of_source['ate_max_m'].max()),
-            'yaw_rmse_mean_deg': math.degrees(means['yaw_rmse_rad']),
-        }
+        row = {**dict(zip(keys, key)), 'source': source.value, 'trials': len(of_source)}
+        row['ate_rmse_mean_m'], row['ate_rmse_std_m'] = float(np.mean(ate_m)), statistics.spread(ate_m)
+        row['ate_rmse_low_m'], row['ate_rmse_high_m'] = statistics.mean_interval(ate_m)
+        row['ate_max_m'] = float(of_source['ate_max_m'].max())
+        row['yaw_rmse_mean_deg'] = math.degrees(means['yaw_rmse_rad'])
         for name, _, _ in RPES:  # NaN without segments; ignored by the means
             row[f'{name}_segments'] = int(of_source[f'{name}_segments'].sum())
             row[f'{name}_translation_rmse_mean_m'] = means[f'{name}_translation_rmse_m']
@@ -183,8 +175,9 @@ def path_error_table(results: Results) -> Optional[ResultTable]:
         heads[f'{name}_translation_rmse_mean_m'] = ('translation [m]', group)
         heads[f'{name}_rotation_rmse_mean_deg'] = ('rotation [deg]', group)
     columns = {name: Column(*head, DECIMALS.get(name.rpartition('_')[2], 0)) for name, head in heads.items()}
+    exact = pd.DataFrame(rows, columns=[*keys, 'source', 'trials', *columns])
     columns['trials'] = Column('trials', decimals=0)
-    return ResultTable('path_errors', 'Errors over the whole path', pd.DataFrame(rows), columns, [_ATE_NOTE, _RPE_NOTE])
+    return ResultTable('path_errors', 'Errors over the whole path', exact, columns, [_ATE_NOTE, _RPE_NOTE])
 
 
 VARIANTS = 'variants'  # name of the figure and the table

@@ -10,7 +10,7 @@ import numpy as np
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.report.about import PageAbout, guide, robot_file, wheels_text
-from diff_encoder_sim.analysis.text_tables import TextTable
+from diff_encoder_sim.analysis.result_tables import TextTable
 from diff_encoder_sim.api.calibration import referenced
 from diff_encoder_sim.api.recorded_sources import OpenedDrive, RecordedDrive, forward_drives, recorded_encoder
 from diff_encoder_sim.base.se2 import PoseSeries

@@ -13,8 +13,7 @@ from altair.utils.schemapi import debug_mode
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, chart_of, with_legend, zoomed
 from diff_encoder_sim.analysis.charts.drawings import GREY, PLAIN, equal_axes, floor_of, tips
-from diff_encoder_sim.analysis.report.about import PageAbout, about_html
-from diff_encoder_sim.base.atomic_files import write_file
+from diff_encoder_sim.analysis.report.about import PageAbout, save_page
 from diff_encoder_sim.calibration.calibration_tables import AXES, TO_SHOWN, calibration_tables, kind_of, summary
 from diff_encoder_sim.calibration.estimation import Calibration, Fit
 from diff_encoder_sim.calibration.prediction import Prediction
@@ -48,14 +47,15 @@ def write_page(
         charts += [] if {*LENGTHS} & {*found.undetermined} else [_ellipse_chart(found, nominal)]
         charts += [_prediction_chart(predictions)] if predictions else []
         block = chart_page.charts_html(charts, choices)
-    page = chart_page.load_template('calibration.html', Path(__file__).parent, chart_page.STYLE).render(
-        about=about_html(about, path.parent),
+    save_page(
+        path,
+        Path(__file__).with_name('calibration.html'),
+        about,
         summary=summary(found, nominal is not None),
         sources=sources,
         charts=block,
         tables=list(calibration_tables(found, predictions)),
     )
-    write_file(path, page.encode('utf-8'))
 
 
 def _path_chart(fits: Sequence[Fit]) -> Chart:

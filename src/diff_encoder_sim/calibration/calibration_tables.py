@@ -8,7 +8,7 @@ from typing import Any, Dict, Iterator, List, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.analysis.text_tables import TextTable
+from diff_encoder_sim.analysis.result_tables import TextTable
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.calibration.estimation import Calibration, Disturbance
 from diff_encoder_sim.calibration.prediction import LEVEL, Prediction

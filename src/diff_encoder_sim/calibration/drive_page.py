@@ -13,9 +13,8 @@ from altair.utils.schemapi import debug_mode
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, chart_of, with_legend, zoomed
 from diff_encoder_sim.analysis.charts.drawings import GREY, PLAIN, encoder_colours, equal_axes, floor_of, tips
-from diff_encoder_sim.analysis.report.about import PageAbout, about_html
-from diff_encoder_sim.analysis.text_tables import TextTable
-from diff_encoder_sim.base.atomic_files import write_file
+from diff_encoder_sim.analysis.report.about import PageAbout, save_page
+from diff_encoder_sim.analysis.result_tables import TextTable
 from diff_encoder_sim.base.se2 import steps_m, wrap_angles
 from diff_encoder_sim.calibration.drive_causes import GROUPS, DriveCauses
 from diff_encoder_sim.drives.comparison import Spread
@@ -44,7 +43,8 @@ def write_page(page: DrivePage, about: PageAbout, path: Path) -> None:
     colours, series = {**encoder_colours(list(page.spreads)), CORRECTED: CORRECTED_COLOUR}, dict(page.series)
     if page.causes.corrected is not None:
         series[CORRECTED] = page.causes.corrected
-    errors = {row['shown']: None for row in _spread_rows(page)}
+    spreads = _spread_rows(page)
+    errors = {row['shown']: None for row in spreads}
     colour = alt.Color('series:N', legend=None).scale(domain=list(colours), range=list(colours.values()))
     choices = [
         Choice('series', 'Encoder', [Option(name, name, colours[name]) for name in series], [*series], 'checkbox'),
@@ -53,12 +53,12 @@ def write_page(page: DrivePage, about: PageAbout, path: Path) -> None:
     ]
     with debug_mode(False):  # validation in Altair takes longer than the drawing
         rows = [row for name, of_one in series.items() for row in _rows(name, *of_one)]
-        charts = [_path_chart(rows, page, colour), _error_chart(rows, colour), _spread_chart(page, colour)]
-        charts += [_budget_chart(page)] if page.causes.budgets else []
+        y = alt.Y('series:N', title='counts per wheel turn', sort=list(page.spreads)).axis(labelLimit=180)
+        charts = [_path_chart(rows, page, colour), _error_chart(rows, colour), _spread_chart(spreads, y, colour)]
+        charts += [_budget_chart(page, y)] if page.causes.budgets else []
         block = chart_page.charts_html(charts, choices)
-    template = chart_page.load_template('drive.html', Path(__file__).parent, chart_page.STYLE)
     content = {'name': page.name, 'conclusion': page.causes.conclusion, 'tables': [*page.tables, *_budget_table(page)]}
-    write_file(path, template.render(about=about_html(about, path.parent), charts=block, **content).encode('utf-8'))
+    save_page(path, Path(__file__).with_name('drive.html'), about, charts=block, **content)
 
 
 def _rows(name: str, times_s: np.ndarray, pairs: np.ndarray) -> List[Dict[str, Any]]:
@@ -111,24 +111,22 @@ def _spread_rows(page: DrivePage) -> List[Dict[str, Any]]:
     ]
 
 
-def _spread_chart(page: DrivePage, colour: Any) -> Chart:
-    y = alt.Y('series:N', title='counts per wheel turn', sort=list(page.spreads)).axis(labelLimit=180)
+def _spread_chart(rows: List[Dict[str, Any]], y: alt.Y, colour: Any) -> Chart:
     named = [*tips({'series': 'encoder'}), *tips({'median': 'median', 'p5': '5 %', 'p95': '95 %'}, '.3~g')]
-    chart = chart_of(_spread_rows(page), 'datum.shown === error').encode(y=y, color=colour, tooltip=named)
+    chart = chart_of(rows, 'datum.shown === error').encode(y=y, color=colour, tooltip=named)
     bars = chart.mark_bar(height=12, opacity=0.35).encode(x=_axis(alt.X('p5:Q', title=None), UNIT), x2='p95:Q')
     dots = chart.mark_point(filled=True, size=70, opacity=1.0).encode(x=alt.X('median:Q', title=None))
     text = 'Error at the end: median and, over sampled start angles of the wheels, 5 to 95 %.'
     return Chart('spread', 'Spread over start angles', text, alt.layer(bars, dots), 'tables')
 
 
-def _budget_chart(page: DrivePage) -> Chart:
+def _budget_chart(page: DrivePage, y: alt.Y) -> Chart:
     rows = [
         {'series': name, 'cause': group, 'order': order, 'square': square, 'rms': math.sqrt(square)}
         for name, budget in zip(page.spreads, page.causes.budgets)
         for order, (group, square) in enumerate(budget.items())
     ]
     x = alt.X('square:Q', title='fraction of the mean square error').stack('normalize').axis(format='%', tickCount=5)
-    y = alt.Y('series:N', title='counts per wheel turn', sort=list(page.spreads)).axis(labelLimit=180)
     named = [*tips({'series': 'encoder', 'cause': 'cause'}), *tips({'rms': 'root mean square [m]'}, '.3~g')]
     bars = chart_of(rows).mark_bar().encode(x=x, y=y, order='order:Q', tooltip=named)
     bars = bars.encode(color=with_legend(alt.Color, 'cause:N', GROUP_COLOURS, columns=3))

@@ -12,8 +12,7 @@ from altair.utils.schemapi import debug_mode
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, chart_of, zoomed
 from diff_encoder_sim.analysis.charts.drawings import GREY, equal_axes, floor_of, tips
-from diff_encoder_sim.analysis.report.about import PageAbout, about_html, guide, wheels_text
-from diff_encoder_sim.base.atomic_files import write_file
+from diff_encoder_sim.analysis.report.about import PageAbout, guide, save_page, wheels_text
 from diff_encoder_sim.conformance.clauses import Evidence
 from diff_encoder_sim.conformance.recording import Recording
 from diff_encoder_sim.conformance.report import counts
@@ -41,9 +40,8 @@ def write_page(evidence: Evidence, verdicts: Sequence[Verdict], command: str, pa
         with debug_mode(False):  # validation in Altair takes longer than the drawing
             chart = _path_chart(list(shown.values()), evidence.wheels.wheel_separation)
             charts = chart_page.charts_html([chart], [choice])
-    template = chart_page.load_template('conformance.html', Path(__file__).parent, chart_page.STYLE)
     content = {'verdicts': verdicts, 'counts': counts(verdicts), 'shown': shown, 'node': evidence.mapping.about}
-    write_file(path, template.render(about=about_html(about, path.parent), charts=charts, **content).encode('utf-8'))
+    save_page(path, Path(__file__).with_name('conformance.html'), about, charts=charts, **content)
 
 
 def _path_chart(recordings: Sequence[Recording], separation_m: float) -> Chart:

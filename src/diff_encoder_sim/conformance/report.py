@@ -6,7 +6,7 @@ import textwrap
 from typing import List, Sequence
 from xml.etree import ElementTree
 
-from diff_encoder_sim.analysis.text_tables import TextTable
+from diff_encoder_sim.analysis.result_tables import TextTable
 from diff_encoder_sim.conformance.verdicts import FAIL, NOT_APPLICABLE, PASS, Verdict
 
 MEASURED_COLUMNS, ALLOWED_COLUMNS = 40, 20  # the table has at most 120 columns

@@ -6,10 +6,9 @@ import tempfile
 import pytest
 
 from diff_encoder_sim.analysis.charts import figures
-from diff_encoder_sim.analysis.outputs import CONTENTS, output_folder, write_analysis
+from diff_encoder_sim.analysis.outputs import CONTENTS, output_folder, ros_wheels, write_analysis
 from diff_encoder_sim.analysis.report import page
 from diff_encoder_sim.analysis.results_loading import load_results
-from diff_encoder_sim.analysis.ros_wheels import ros_wheels
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.topics import PoseSource
 from trial_bags import trial, write_bag

@@ -66,13 +66,13 @@ class Choice(NamedTuple):
     clicked_for: str = ''
 
 
-def load_template(name: str, *folders: Path) -> Any:
-    """Load a template that escapes data, rejects undefined names and may include files of these folders."""
-    loader = jinja2.FileSystemLoader(list(map(str, folders)))
+def load_template(file: Path) -> Any:
+    """Load a template that escapes data, rejects undefined names and may include files of its folder and of STYLE."""
+    loader = jinja2.FileSystemLoader([str(file.parent), str(STYLE)])
     environment = jinja2.Environment(
         loader=loader, trim_blocks=True, lstrip_blocks=True, autoescape=True, undefined=jinja2.StrictUndefined
     )
-    return environment.get_template(name)
+    return environment.get_template(file.name)
 
 
 def chart_of(rows: List[Dict[str, Any]], *filters: str) -> alt.Chart:
@@ -125,7 +125,7 @@ def charts_html(charts: Sequence[Chart], choices: Sequence[Choice] = ()) -> Mark
             content['choices'][-1].update(within=choice.within, parents=parents, clicked_for=choice.clicked_for)
     text = json.dumps(content, allow_nan=False, ensure_ascii=False, separators=(',', ':'))
     escaped = Markup(text.replace('<', '\\u003c'))  # data must not end the script
-    template = load_template('charts.html', Path(__file__).parent)
+    template = load_template(Path(__file__).with_name('charts.html'))
     return Markup(template.render(charts=charts, choices=choices, content=escaped, library=Markup(vega_library())))
 
 

@@ -38,6 +38,7 @@ BEYOND = 'beyond the axes'  # series of points drawn at the border of the axes
 JITTER, GOLDEN_RATIO = 0.5, 0.618034  # points are jittered evenly and reproducibly over half of a series' width
 ROTATED_FROM = 40  # total characters of encoder names
 AXIS_BEYOND = 1.5  # the axis of counts extends by this factor on both sides
+LEAST_SIDE_M = 0.1  # of a floor
 
 
 def encoder_colours(encoders: Sequence[str]) -> Dict[str, str]:
@@ -198,19 +199,11 @@ def path_chart(
     trials: Optional[pd.DataFrame] = None,
 ) -> alt.LayerChart:
     """Draw `path_rows` with `mark_rows` on `map_rows`; the domains are of x and y."""
-
-    def axes(*fields: str) -> Dict[str, Any]:
-        return {
-            name: channel(f'{field}:Q', title=f'{name} [m]')
-            .axis(format=PLAIN, tickCount=6)
-            .scale(domain=domain, nice=False, zero=False)
-            for (name, channel), field, domain in zip(_XY.items(), fields, domains)
-        }
-
+    axes, corners = floor_axes(domains), floor_axes(domains, ('left', 'bottom'))
     backdrop = maps.mark_image(aspect=False, smooth=False, clip=True, aria=False)
     points = rows.transform_flatten(['x', 'y']).transform_window(order='row_number()')
     named = tips({'path': 'path', 'encoder': 'encoder', **_OF_TRIAL})
-    points = points.encode(order='order:Q', detail='trial:N', **axes('x', 'y'))
+    points = points.encode(order='order:Q', detail='trial:N', **axes)
     points = _with_trial(points, trials, [*named, *tips({'x': 'x [m]', 'y': 'y [m]'}, '.3f')])
     true = points.transform_filter("datum.path === 'true path'")
     odometry = points.transform_filter("datum.path === '/odom'").encode(color=_encoder_colour(colours))
@@ -220,11 +213,11 @@ def path_chart(
     stroke = alt.condition("datum.mark === 'end of a failed trial'", alt.value(FAILED), alt.value('#000'))
     line: Dict[str, Any] = {'clip': True, 'strokeJoin': 'round'}
     return alt.layer(
-        backdrop.encode(url='url:N', x2='right:Q', y2='top:Q', **axes('left', 'bottom')),
+        backdrop.encode(url='url:N', x2='right:Q', y2='top:Q', **corners),
         true.mark_line(color=GREY, strokeWidth=4, opacity=0.6, **line),
         odometry.mark_line(strokeWidth=1.8, **line),
         marks.mark_point(size=110, strokeWidth=1.6, clip=True).encode(
-            shape=shape, color=stroke, tooltip=tips({'mark': 'mark'}), **axes('x', 'y')
+            shape=shape, color=stroke, tooltip=tips({'mark': 'mark'}), **axes
         ),
     )
 
@@ -251,22 +244,36 @@ def variant_errors_chart(
 
 
 def floor_of(points_m: np.ndarray) -> Dict[str, float]:
-    """Return the middle x, y and the sides width, height of a floor around points (n, 2) [m]."""
+    """Return the middle x, y and the sides width, height of a floor around points (n, 2), with a margin [m]."""
     low_m, high_m = points_m.min(axis=0), points_m.max(axis=0)
-    return dict(zip(('x', 'y', 'width', 'height'), [*0.5 * (low_m + high_m), *1.1 * (high_m - low_m) + 1e-3]))
+    sides_m = 1.1 * np.maximum(high_m - low_m, LEAST_SIDE_M)
+    return dict(zip(('x', 'y', 'width', 'height'), [*0.5 * (low_m + high_m), *sides_m]))
+
+
+def floor_axes(domains: Sequence[Domain], fields: Sequence[str] = ('x', 'y'), **look: Any) -> Dict[str, Any]:
+    """Return the axes x and y of a floor [m] with these domains; `look` has more properties of the axes."""
+    return {
+        name: channel(f'{field}:Q', title=f'{name} [m]')
+        .axis(format=PLAIN, tickCount=6, **look)
+        .scale(domain=domain, nice=False, zero=False)
+        for (name, channel), field, domain in zip(_XY.items(), fields, domains)
+    }
+
+
+def floor_domains(floor: Mapping[str, Any], is_equal: str = 'true') -> List[Domain]:
+    """Return the domains of x and y around a `floor_of`: numbers, or expressions by its keys.
+
+    Both axes have equal scales if the expression `is_equal` holds, else each is stretched to fit.
+    """
+    # Charts have no width while the page is printed without them.
+    m_per_px = f'max({floor["width"]} / max(width, 1), {floor["height"]} / height)'
+    sides = ('x', 'width', 'max(width, 1)'), ('y', 'height', 'height')
+    return [
+        [{'expr': f'{floor[name]} {sign} 0.5 * ({is_equal} ? {pixels} * {m_per_px} : {floor[side]})'} for sign in '-+']
+        for name, side, pixels in sides
+    ]
 
 
 def equal_axes(floor: Mapping[str, Any]) -> Dict[str, Any]:
-    """Return the axes x and y with equal scales around a `floor_of`: numbers, or Vega expressions by its keys."""
-    # Charts have no width while the page is printed without them.
-    m_per_px = f'max({floor["width"]} / max(width, 1), {floor["height"]} / height)'
-    return {
-        name: channel(f'{name}:Q', title=f'{name} [m]')
-        .axis(format=PLAIN, tickCount=6, labelBound=True)
-        .scale(
-            domain=[{'expr': f'{floor[name]} {sign} 0.5 * {pixels} * {m_per_px}'} for sign in '-+'],
-            nice=False,
-            zero=False,
-        )
-        for name, channel, pixels in (('x', alt.X, 'max(width, 1)'), ('y', alt.Y, 'height'))
-    }
+    """Return the axes x and y with equal scales around a `floor_of`, as of `floor_domains`."""
+    return floor_axes(floor_domains(floor), labelBound=True)

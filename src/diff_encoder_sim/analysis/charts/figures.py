@@ -201,10 +201,9 @@ def _distribution_panels(of_test: pd.DataFrame, test: str, colours: Dict[str, st
 def _path_panels(results: Results, shown: pd.DataFrame, colours: Dict[str, str]) -> _Panels:
     """Return a panel per encoder, all with the same scale; `shown` are trials of one test."""
     floors = frames.floor_rows(shown, results)
-    [test], (left, bottom, right, top) = floors.index, floors.iloc[0]
-    width_m, height_m = max(right - left, (top - bottom) / MOST_OBLONG), max(top - bottom, (right - left) / MOST_OBLONG)
-    middle = np.array([[left + right], [bottom + top]]) / 2.0
-    domains = (middle + np.outer([width_m, height_m], [-0.5, 0.5])).tolist()
+    [test], (x_m, y_m, width_m, height_m) = floors.index, floors.iloc[0]
+    width_m, height_m = max(width_m, height_m / MOST_OBLONG), max(height_m, width_m / MOST_OBLONG)
+    domains = ([[x_m], [y_m]] + np.outer([width_m, height_m], [-0.5, 0.5])).tolist()
     labels = [label for label in colours if (shown['ppr'] == label).any()]
     columns = 1 if width_m > 2.0 * height_m and len(labels) <= 4 else min(len(labels), 2)
     width = (WIDTH_PX - AXIS_PX) // max(columns, 2 if height_m > width_m else 1) - AXIS_PX

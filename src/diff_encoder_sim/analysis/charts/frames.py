@@ -14,7 +14,7 @@ from typing import Sequence
 import numpy as np
 from PIL import Image
 
-from diff_encoder_sim.analysis.charts.drawings import LABELS
+from diff_encoder_sim.analysis.charts.drawings import LABELS, floor_of
 from diff_encoder_sim.analysis.closed_form import closed_form_std
 from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_text, ppr_value, ppr_values
 from diff_encoder_sim.analysis.quantities import MINUS_TRUTH, QUANTITIES
@@ -33,7 +33,6 @@ APART = 1.07  # factor in counts between neighbouring series
 CLOSED_FORM_POINTS = 40
 MOST_PATHS = 400  # keeps the page below 3 MB
 STRAIGHT_WITHIN = 1.5e-3  # tolerance of simplified paths as a fraction of the floor's sides
-MARGIN, LEAST_SIDE_M = 0.05, 0.1
 
 
 def trial_rows(trials: pd.DataFrame) -> pd.DataFrame:
@@ -97,8 +96,7 @@ def path_rows(trials: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
     """Return two rows per trial, with the simplified true path and that of /odom: lists of x and y [m]."""
     rows = []
     for trial, of_trial in trials.iterrows():
-        left, bottom, right, top = floors.loc[of_trial['test']]
-        sides_m = np.array([right - left, top - bottom])
+        sides_m = floors.loc[of_trial['test'], ['width', 'height']].to_numpy()
         for name, column in (('true path', 'true_path'), ('/odom', 'odom_path')):
             points_m = np.round(sides_m * simplified(of_trial[column] / sides_m, STRAIGHT_WITHIN), 3)
             rows.append((trial, of_trial['ppr'], name, *points_m.T.tolist()))
@@ -120,15 +118,12 @@ def simplified(points: np.ndarray, within: float) -> np.ndarray:
 
 
 def floor_rows(trials: pd.DataFrame, results: Results) -> pd.DataFrame:
-    """Return the bounding box [m] of the paths, start and goal of each test, with a margin."""
+    """Return the `floor_of` the paths, start and goal of each test [m]."""
     rows = {}
     for test, of_test in trials.groupby('test', sort=False):
         ends = mark_rows(results, [test])[['x', 'y']].to_numpy(dtype=float)
-        points = np.vstack([*of_test['true_path'], *of_test['odom_path'], ends])
-        low, high = points.min(axis=0), points.max(axis=0)
-        half = np.maximum(high - low, LEAST_SIDE_M) * (0.5 + MARGIN)
-        rows[test] = [*(0.5 * (low + high) - half), *(0.5 * (low + high) + half)]
-    return pd.DataFrame.from_dict(rows, orient='index', columns=['left', 'bottom', 'right', 'top'])
+        rows[test] = floor_of(np.vstack([*of_test['true_path'], *of_test['odom_path'], ends]))
+    return pd.DataFrame.from_dict(rows, orient='index')
 
 
 def mark_rows(results: Results, tests: Sequence[str]) -> pd.DataFrame:

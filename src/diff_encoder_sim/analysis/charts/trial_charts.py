@@ -79,7 +79,7 @@ def _path_chart(results: Results, paths: pd.DataFrame, colours: Dict[str, str], 
         alt.Chart(frames.mark_rows(results, tests)).transform_filter(OF_TEST),
         alt.Chart(frames.map_rows(results, tests)).transform_filter(OF_TEST),
         colours,
-        (_domain('left', 'right', 'width'), _domain('bottom', 'top', 'height')),
+        drawings.floor_domains({key: f'floor.{key}' for key in floors}, "scale === 'equal'"),
         named,
     )
     drawing.layer[0] = zoomed(drawing.layer[0])
@@ -89,15 +89,6 @@ def _path_chart(results: Results, paths: pd.DataFrame, colours: Dict[str, str], 
     if len(paths) < len(results.trials):
         description += ' Of trials with a bag, the first of each cell.'
     return Chart('path', 'Path of the trial', description, drawing.add_params(*floor), 'trials')
-
-
-def _domain(low: str, high: str, size: str) -> List[Dict[str, str]]:
-    """Return the domain of an axis: the borders of the floor, extended if both axes have equal scale."""
-    # Charts have no width while the page is printed without them.
-    per_px = 'max((floor.right - floor.left) / max(width, 1), (floor.top - floor.bottom) / height)'
-    middle = f'0.5 * (floor.{high} + floor.{low})'
-    half = f"0.5 * (scale === 'equal' ? {size} * {per_px} : floor.{high} - floor.{low})"
-    return [{'expr': f'{middle} - {half}'}, {'expr': f'{middle} + {half}'}]
 
 
 def _choices(

@@ -1,4 +1,4 @@
-"""Origin and links of a page: the block that all offline pages share."""
+"""Offline pages, and the block that all share: origin and links of the page."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ import os
 import urllib.parse
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import NamedTuple, Optional, Sequence
+from typing import Any, NamedTuple, Optional, Sequence
 
-from markupsafe import Markup
-
+from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.command_line import command_line
 from diff_encoder_sim.base.package_files import package_folder, package_version
 from diff_encoder_sim.drives.test_definition import TestDefinition
@@ -32,17 +31,17 @@ class PageAbout(NamedTuple):
     tests: Sequence[TestDefinition] = ()  # of the page, which are explained once
 
 
-def about_html(about: PageAbout, folder: Path) -> Markup:
-    """Return the block for a page in `folder`, as `{{ about }}` in its header.
+def save_page(path: Path, template: Path, about: PageAbout, **content: Any) -> None:
+    """Render a template, which extends layout.html, and write it atomically; OSError on failure.
 
     Links are relative to the page: they stay valid if the page and its files are moved together.
     """
-    from diff_encoder_sim.analysis.charts.chart_page import STYLE, load_template  # noqa: PLC0415 - Altair takes a second
+    from diff_encoder_sim.analysis.charts.chart_page import load_template  # noqa: PLC0415 - Altair takes a second
 
-    links = [{**link._asdict(), 'href': link.path and href(link.path, folder)} for link in about.links]
-    template = load_template('about.html', STYLE)
+    links = [{**link._asdict(), 'href': link.path and href(link.path, path.parent)} for link in about.links]
     date, command = f'{datetime.now(timezone.utc):%Y-%m-%d %H:%M} UTC', command_line(about.name)
-    return Markup(template.render(about=about, links=links, date=date, command=command, version=package_version()))
+    origin = {'about': about, 'links': links, 'date': date, 'command': command, 'version': package_version()}
+    write_file(path, load_template(template).render(**origin, **content).encode('utf-8'))
 
 
 def href(target: Path, folder: Path) -> str:

@@ -8,14 +8,13 @@ import shlex
 import urllib.parse
 from importlib.metadata import version
 from pathlib import Path
-from typing import Dict, List, Optional, Sequence
+from typing import List, Optional, Sequence
 
 import numpy as np
 import yaml
 from altair.utils.schemapi import debug_mode
 
 from diff_encoder_sim.analysis import summaries
-from diff_encoder_sim.analysis.charts.chart_page import load_template
 from diff_encoder_sim.analysis.charts.figures import Figure
 from diff_encoder_sim.analysis.charts.frames import with_paths
 from diff_encoder_sim.analysis.charts.trial_charts import trial_charts
@@ -24,8 +23,8 @@ from diff_encoder_sim.analysis.encoder_comparison import difference_table, diffe
 from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, ppr_text
 from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.quantities import POSES, REQUIRED_FRACTION
-from diff_encoder_sim.analysis.report.about import Link, PageAbout, about_html, guide, href, robot_file, wheels_text
-from diff_encoder_sim.analysis.report.answer import FoundAnswer, advise_command, find_answer
+from diff_encoder_sim.analysis.report.about import Link, PageAbout, guide, href, robot_file, save_page, wheels_text
+from diff_encoder_sim.analysis.report.answer import FoundAnswer, advise_command
 from diff_encoder_sim.analysis.result_tables import Column, ResultTable, html_table
 from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, first_of_cells, sample_text
 from diff_encoder_sim.analysis.statistics import SIGNIFICANCE
@@ -45,23 +44,27 @@ def write_report(
     compared: pd.DataFrame,
     figures: Sequence[Figure],
     paper: Optional[PaperSection],
+    answer: Optional[FoundAnswer],
     path: Path,
 ) -> summaries.Headline:
-    """Write the report of `all_tables`, `compare_encoders`, `write_figures` and `paper_section`; OSError on failure."""
+    """Write the report of `all_tables`, `compare_encoders`, `write_figures`, `paper_section` and `find_answer`.
+
+    OSError if it cannot be written.
+    """
     fractions, shown = summaries.fractions_within(results), first_of_cells(results.trials).reset_index(drop=True)
-    answer = find_answer(results)
-    lead, closed_form = summaries.headline(fractions, results.trials), closed_form_table(results)
-    different, of_variants = differences(compared), [table for table in tables if table.name == VARIANTS]
+    lead, different = summaries.headline(fractions, results.trials), differences(compared)
+    variants = next((table for table in tables if table.name == VARIANTS), None)
     embedded = {one.name: {'caption': one.caption, 'uri': data_uri(one.svg, one.png)} for one in figures}
-    variants = [{'figure': embedded.pop(VARIANTS, None), 'table': table} for table in of_variants]
     failed = results.trials[results.trials['outcome'] != SUCCEEDED]
-    of_first = results.trials['setup'][results.trials[VARIANT] == first_variant(results.trials)] if of_variants else []
+    of_first = results.trials['setup'][results.trials[VARIANT] == first_variant(results.trials)] if variants else []
     is_few = fractions.groupby('setup')['trials'].transform('max') < summaries.fewest_trials()
-    is_main = fractions['setup'].isin(of_first) | (not of_variants)
+    is_main = fractions['setup'].isin(of_first) | (variants is None)
     with debug_mode(False):  # validation in Altair takes longer than the drawing
         charts = trial_charts(results, shown)
-    page = load_template('page.html', Path(__file__).parent).render(
-        about=about_html(page_about(results, answer), path.parent),
+    save_page(
+        path,
+        Path(__file__).with_name('page.html'),
+        page_about(results, answer),
         answer=answer,
         answer_page=answer and href(answer.page, path.parent),
         advise_command=advise_command(results),
@@ -80,13 +83,14 @@ def write_report(
         tolerance=TOLERANCE_TEXT,
         required_percent=round(100 * REQUIRED_FRACTION),
         compared_poses={text: POSES[pose] for pose, text in COMPARED_POSES.items()},
-        fractions=fractions[is_main & ~is_few].groupby('setup', sort=False),
+        fractions=fractions[is_main & ~is_few],
         of_few=fractions[is_main & is_few],
-        of_variants=fractions[~is_main].groupby('setup', sort=False),
+        of_variants=fractions[~is_main],
         paper=paper,
         paper_claims=list(zip(*paper.claims.values())) if paper else [],  # results of each campaign
         html_table=html_table,
-        variants=variants[0] if variants else None,
+        variants=variants,
+        variants_figure=embedded.pop(VARIANTS, None),
         figures=list(embedded.values()),
         goal_tables=[table for table in tables if not table.name.endswith(('_intervals', VARIANTS))],
         interval_tables=[table for table in tables if table.name.endswith('_intervals')],
@@ -94,15 +98,14 @@ def write_report(
         different=different.groupby('setup', sort=False),
         difference_table=difference_table(different),
         significance=SIGNIFICANCE,
-        closed_form=closed_form,
+        closed_form=closed_form_table(results),
         failures=failure_table(failed) if len(failed) else None,
         trials_shown=sample_text(shown, results.trials) or f'All {len(results.trials)} trials',
         trials=trial_table(results, shown),
-        bags=[bag_link(bag, path.parent) for bag in shown['bag']],
+        bags=[bag and {'name': Path(bag).name, 'href': href(Path(bag), path.parent)} for bag in shown['bag']],
         with_path=list(with_paths(shown).index),
         charts=charts,
     )
-    path.write_bytes(page.encode('utf-8'))  # with the same line endings on every system
     return lead
 
 
@@ -136,11 +139,6 @@ def failure_table(failed: pd.DataFrame) -> ResultTable:
     exact = shown[['cell', 'trial', 'outcome', 'reason']].replace({'outcome': {'timed_out': 'timed out'}})
     notes = [f'{text}.' for text in [sample_text(shown, failed)] if text]
     return ResultTable('failures', 'Trials that did not succeed', exact, {'trial': Column('trial', decimals=0)}, notes)
-
-
-def bag_link(bag: str, folder: Path) -> Optional[Dict[str, str]]:
-    """Return name and link of a bag for a page in `folder`; None without a bag."""
-    return {'name': Path(bag).name, 'href': href(Path(bag), folder)} if bag else None
 
 
 UNQUOTED = " !'()*+,-./:;=?@[]^_`{|}~\n"  # need no escape in a quoted attribute; SVG as text is smaller than base64

@@ -182,7 +182,8 @@ def test_paths_have_few_points_on_a_floor_with_start_and_goal():
     made = results_of([*of_paths(3), trial('SL', '90', 7), *of_paths(3, '1024')], requested={'SL': navigated('SL')})
     assert frames.with_paths(made.trials, 4).index.tolist() == [0, 1, 4, 5]
     floors = frames.floor_rows(frames.with_paths(made.trials), made)
-    left, bottom, right, top = floors.loc['SL']
+    x_m, y_m, width_m, height_m = floors.loc['SL']
+    left, right, bottom, top = x_m - 0.5 * width_m, x_m + 0.5 * width_m, y_m - 0.5 * height_m, y_m + 0.5 * height_m
     assert left < -10.0 and right > 20.0 and bottom < -2.0 and top > 2.0
     marks = frames.mark_rows(made, ['SL', 'own'])
     assert list(zip(marks['mark'], marks['x'])) == [('start', -10.0), ('goal', 10.0)]

@@ -2,13 +2,19 @@
 
 import re
 import sys
+from pathlib import Path
 
 import pytest
 
 from diff_encoder_sim.analysis.report import about
-from diff_encoder_sim.analysis.report.about import Link, PageAbout, about_html, guide, robot_file, wheels_text
+from diff_encoder_sim.analysis.report.about import Link, PageAbout, guide, robot_file, save_page, wheels_text
 from diff_encoder_sim.drives.test_definition import TestDefinition, load_test
 from places import ROOT
+
+
+def block_of(content, folder):
+    save_page(folder / 'page.html', Path(about.__file__).with_name('about.html'), content)
+    return (folder / 'page.html').read_text(encoding='utf-8')
 
 
 @pytest.mark.parametrize(
@@ -24,7 +30,7 @@ from places import ROOT
 )
 def test_it_has_the_command_as_typed_if_there_is_one(arguments, shown, tmp_path, monkeypatch):
     monkeypatch.setattr(sys, 'argv', arguments)
-    text = about_html(PageAbout('advise', wheels_text(0.2, 0.21, 0.4, 'exact wheels')), tmp_path)
+    text = block_of(PageAbout('advise', wheels_text(0.2, 0.21, 0.4, 'exact wheels')), tmp_path)
     assert 'diameter 0.2 m (left), 0.21 m (right), separation 0.4 m; exact wheels' in text
     assert shown in re.sub('</?span>', '', text) if shown else '<dt>command' not in text
 
@@ -33,7 +39,8 @@ def test_links_are_relative_and_name_the_command_of_a_file_that_is_still_to_be_w
     links = [*robot_file(str(ROOT / 'config' / 'robots' / 'alto.yaml')), *robot_file(''), *robot_file('absent.yaml')]
     assert [link.text for link in links] == ['Robot file alto.yaml']
     links.append(Link('Report', tmp_path / 'a b' / 'report.html', 'analyze a'))
-    text = about_html(PageAbout('advise', '', links), tmp_path / 'advice')
+    (tmp_path / 'advice').mkdir()
+    text = block_of(PageAbout('advise', '', links), tmp_path / 'advice')
     assert 'href="../a%20b/report.html">Report</a> <span class="soft">(written by <code>analyze a</code>)' in text
 
 

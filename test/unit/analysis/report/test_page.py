@@ -12,7 +12,7 @@ from diff_encoder_sim.analysis.charts.figures import Figure
 from diff_encoder_sim.analysis.encoder_comparison import compare_encoders
 from diff_encoder_sim.analysis.paper.report_section import paper_section
 from diff_encoder_sim.analysis.report import page
-from diff_encoder_sim.analysis.report.answer import report_link
+from diff_encoder_sim.analysis.report.answer import find_answer, report_link
 from diff_encoder_sim.analysis.tables import all_tables
 from places import ROOT
 from trial_tables import IN, both, cell, results_of, rows, trial
@@ -64,7 +64,8 @@ def figure(tmp_path):
 
 def page_of(made, folder, figures=()):
     path = folder / 'report.html'
-    lead = page.write_report(made, all_tables(made), compare_encoders(made), figures, paper_section([made]), path)
+    paper, answer = paper_section([made]), find_answer(made)
+    lead = page.write_report(made, all_tables(made), compare_encoders(made), figures, paper, answer, path)
     text = path.read_text(encoding='utf-8')
     parts, shown = (lead.statement, *lead.by_pose, *lead.by_pose.values(), lead.failures), html.unescape(text)
     assert all(part in shown for part in parts)
@@ -112,10 +113,11 @@ def test_variants_come_first_and_only_the_first_of_them_is_unfolded(tmp_path, fi
 
 
 def test_bags_are_linked_relative_to_the_report(tmp_path):
-    folder = tmp_path / 'results' / 'analysis'
-    inside, outside = (page.bag_link(str(tmp_path / name), folder) for name in ('results/bags/SL 1.bag', 'a&"#?.bag'))
-    assert inside == {'name': 'SL 1.bag', 'href': '../bags/SL%201.bag'}
-    assert outside == {'name': 'a&"#?.bag', 'href': '../../a%26%22%23%3F.bag'} and page.bag_link('', folder) is None
+    bags = tmp_path / 'results' / 'bags' / 'SL 1.bag', tmp_path / 'a&"#?.bag', ''
+    (tmp_path / 'analysis').mkdir()
+    trials = [trial('SL', '40', number, bag=str(bag)) for number, bag in enumerate(bags)]
+    links = [link['href'] for link in Elements(page_of(results_of(trials), tmp_path / 'analysis')).of('a')]
+    assert [link for link in links if '.bag' in link] == ['../results/bags/SL%201.bag', '../a%26%22%23%3F.bag']
 
 
 def test_failures_are_listed_with_their_outcome():
