@@ -17,13 +17,19 @@ MOST = 1e6
 Vector = Tuple[float, float, float]
 
 
-def parse_numbers(text: Optional[str], count: int, where: str) -> List[float]:
-    """Read `count` finite numbers from a file's text; ConfigError, which names `where`, if it is something else."""
+def finite_numbers(text: Optional[str]) -> List[float]:
+    """Return the numbers in a file's text; none if one of them is no finite number."""
     try:
         numbers = [float(word) for word in (text or '').split()]
     except ValueError:
-        numbers = []
-    if len(numbers) != count or not all(map(math.isfinite, numbers)):
+        return []
+    return numbers if all(map(math.isfinite, numbers)) else []
+
+
+def parse_numbers(text: Optional[str], count: int, where: str) -> List[float]:
+    """Read `count` finite numbers from a file's text; ConfigError, which names `where`, if it is something else."""
+    numbers = finite_numbers(text)
+    if len(numbers) != count:
         raise ConfigError(f'{where}: given {text!r}; allowed: {count} finite number(s)')
     return numbers
 

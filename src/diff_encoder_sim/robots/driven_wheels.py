@@ -14,7 +14,7 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import did_you_mean
-from diff_encoder_sim.base.xml_values import MOST
+from diff_encoder_sim.base.xml_values import MOST, finite_numbers
 from diff_encoder_sim.robots.description import DrivenWheel, Findings, Joint, RobotChoices, RobotTree, robot_file_line
 from diff_encoder_sim.robots.solids import vector
 
@@ -115,8 +115,9 @@ def drive_plugins(tree: RobotTree, wheels: Sequence[DrivenWheel]) -> Tuple[Drive
             kind = SKID_STEER
         numbers: Dict[str, float] = {}  # the first of each quantity
         for child, text in tags:
-            if tag_letters(child) in _TAGS and LEAST <= _number(text) <= MOST:
-                numbers.setdefault(_TAGS[tag_letters(child)], _number(text))
+            given = finite_numbers(text)
+            if tag_letters(child) in _TAGS and len(given) == 1 and LEAST <= given[0] <= MOST:
+                numbers.setdefault(_TAGS[tag_letters(child)], given[0])
         separation_m, radius_m = numbers.pop('separation', None), numbers.pop('radius', None)
         diameter_m = numbers.pop('diameter', radius_m and 2.0 * radius_m)
         kind = kind or DIFFERENTIAL
@@ -136,13 +137,6 @@ def _named_joints(
     of_joints = (text for words, text in texts if 'joint' in words and words[-1] in ('joint', 'name'))
     missing = [name for name in of_joints if name not in tree.joints]
     return tuple(dict.fromkeys(names)) or tuple(missing[: int(is_drive)])
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return 0.0
 
 
 def commanded_joints(tree: RobotTree, position: bool = False) -> Tuple[str, ...]:

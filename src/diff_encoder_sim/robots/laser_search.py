@@ -11,7 +11,7 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import did_you_mean
-from diff_encoder_sim.base.xml_values import rotation_from_rpy
+from diff_encoder_sim.base.xml_values import finite_numbers, rotation_from_rpy
 from diff_encoder_sim.robots.description import Findings, RobotLaser, RobotTree
 from diff_encoder_sim.robots.driven_wheels import tag_letters
 from diff_encoder_sim.robots.solids import pose_at
@@ -100,7 +100,7 @@ def gazebo_lasers(tree: RobotTree) -> List[RobotLaser]:
         is_scanner = kind in SENSOR_TYPES and _rays(sensor, 'vertical') <= 1 and rays >= FEWEST_RAYS
         if carrier not in tree.links or not is_scanner:
             continue
-        numbers, pose = _numbers(sensor.findtext('pose')), tree.poses[carrier]
+        numbers, pose = finite_numbers(sensor.findtext('pose')), tree.poses[carrier]
         if len(numbers) == 6:
             pose = pose @ pose_at(numbers[:3], rotation_from_rpy(*numbers[3:]))
         frames = (each.text for each in sensor.iter() if tag_letters(each) in FRAME_TAGS)
@@ -140,14 +140,5 @@ def _rays(sensor: ElementTree.Element, direction: str) -> int:
 
 def _number(sensor: ElementTree.Element, path: str) -> float:
     """Return the number below a sensor, NaN if missing; plugins have tags of the same names, so a path has a parent."""
-    numbers = _numbers(sensor.findtext(f'.//{path}' if '/' in path else path))
+    numbers = finite_numbers(sensor.findtext(f'.//{path}' if '/' in path else path))
     return numbers[0] if len(numbers) == 1 else math.nan
-
-
-def _numbers(text: Optional[str]) -> List[float]:
-    """Return the numbers in a text; none if one is not finite."""
-    try:
-        numbers = [float(word) for word in (text or '').split()]
-    except ValueError:
-        return []
-    return numbers if all(map(math.isfinite, numbers)) else []

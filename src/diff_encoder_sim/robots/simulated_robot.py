@@ -164,10 +164,7 @@ def joined_links(tree: RobotTree) -> str:
     """
     robot = Element('robot', name=tree.name)
     moving = [joint for joint in tree.joints.values() if joint.kind != 'fixed']
-    parts = {top: [top] for top in (tree.root, *(joint.child for joint in moving))}
-    for names in parts.values():  # the links below that do not move against it, level by level
-        for name in names:
-            names += [joint.child for joint in tree.below(name) if joint.kind == 'fixed']
+    parts = {top: list(tree.subtree(top, is_rigid=True)) for top in (tree.root, *(joint.child for joint in moving))}
     # Contacts are solved in the order of the joints. With the wheels first truth and wheels of ALTO agree a hundred
     # times better, after as many iterations, than with casters first.
     for joint in moving:
