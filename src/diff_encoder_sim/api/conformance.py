@@ -65,8 +65,10 @@ def judge_drive(options: ConformanceOptions) -> JudgedDrive:
     for timed, drive in zip(read.drives, forward_drives(read, opened.wheels, opened.robot)):
         is_received = np.array_equal(timed.times_ns, drive.stamps_ns)  # numbers without stamps
         rounding_m = 0.0 if opened.wheels.ppr else wheels.m_per_count  # of the node, which counts the recorded angles
-        radii_m = 0.5 * np.array(diameters_m)
-        recordings += _segments(drive, is_received, radii_m, separation_m, odometry, transforms, rounding_m)
+        times_ns = np.array([each.receipt_ns if is_received else each.stamp_ns for each in odometry])
+        for part in _segments(drive, 0.5 * np.array(diameters_m), separation_m, odometry, times_ns):
+            within = [each for each in transforms if part.sent_ns[0] <= each.stamp_ns <= part.sent_ns[-1]]
+            recordings.append(part._replace(transforms=within, slack_m=part.slack_m + rounding_m))
     if not recordings:
         raise ConfigError(f'{options.bag}: {options.odom} and {opened.wheels.text}: no stamps in common')
     first = odometry[0]
@@ -107,23 +109,18 @@ def _published(opened: OpenedDrive, odom: str) -> Tuple[List[FramedPose], List[F
             continue
     if not odometry:
         raise ConfigError(f'{opened.source.path}: {odom}: no readable message')
-    return odometry, [
-        each for each in transforms if each.child_frame.lstrip('/') == odometry[0].child_frame.lstrip('/')
-    ]
+    child = odometry[0].child_frame.lstrip('/')
+    return odometry, [each for each in transforms if each.child_frame.lstrip('/') == child]
 
 
 def _segments(
-    drive: Drive,
-    is_received: bool,
-    radii_m: np.ndarray,
-    separation_m: float,
-    odometry: List[FramedPose],
-    transforms: List[FramedPose],
-    rounding_m: float,
+    drive: Drive, radii_m: np.ndarray, separation_m: float, odometry: List[FramedPose], times_ns: np.ndarray
 ) -> Iterator[Recording]:
-    """Yield the parts of a drive, from one message of odometry to another, with the travels of the wheels between."""
+    """Yield the parts of a drive, from one message of odometry to another, with the travels of the wheels between.
+
+    `times_ns` (n,) of the odometry are by the clock of the drive. The recordings have no transforms yet.
+    """
     stamps_ns, travels_m = drive.stamps_ns, drive.wheel_angles_rad * radii_m
-    times_ns = np.array([each.receipt_ns if is_received else each.stamp_ns for each in odometry])
     inside = np.flatnonzero((times_ns >= stamps_ns[0]) & (times_ns <= stamps_ns[-1])) if len(drive) else np.array([])
     if not len(inside):
         return
@@ -150,7 +147,5 @@ def _segments(
         ends_ns = at_ns[[quarter, len(at_ns) - quarter - 1]]
         left_mps, right_mps = np.diff(travels_at(ends_ns), axis=0)[0] / np.diff(1e-9 * ends_ns)
         twist = 0.5 * (left_mps + right_mps), (right_mps - left_mps) / separation_m
-        within = [each for each in transforms if at_ns[0] <= each.stamp_ns <= at_ns[-1]]
-        sent_ns = path_ns.tolist()
-        slack_m += rounding_m
-        yield Recording(case, samples, sent_ns, path_m, published[0], published[1:], within, '', 0, slack_m, twist)
+        sent_ns, (start, *after) = path_ns.tolist(), published
+        yield Recording(case, samples, sent_ns, path_m, start, after, transforms=[], slack_m=slack_m, twist=twist)

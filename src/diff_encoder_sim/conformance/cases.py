@@ -31,7 +31,7 @@ class Case(NamedTuple):
     times_s: np.ndarray  # (n,) ascending
     travels_m: np.ndarray  # (n, 2) of the left and right rim, as the encoder sees it
     is_motion: bool = False  # one of the 30 motions
-    true_travels_m: Optional[np.ndarray] = None  # (n, 2) of a robot that slips
+    true_travels_m: np.ndarray = np.empty((0, 2))  # (n, 2) of a robot that slips
     order: Optional[Sequence[int]] = None  # rows in the order of sending; None: each once
     nan_row: int = -1  # whose angles are NaN
     restart_row: int = -1  # from which the counters start at zero again

@@ -21,6 +21,12 @@ class NotApplicable(Exception):
     """A clause cannot be judged; the reason."""
 
 
+def require(is_met: object, reason: str) -> None:
+    """Raise NotApplicable with a reason unless a condition holds."""
+    if not is_met:
+        raise NotApplicable(reason)
+
+
 class Measured(NamedTuple):
     """Result of a clause."""
 
@@ -48,8 +54,7 @@ class Evidence(NamedTuple):
     @property
     def orderly(self) -> List[Recording]:
         """Return the recordings in which neither time nor counters nor samples are wrong."""
-        found = self.recordings
-        return self.some(each for each in found if each.case.is_orderly and not each.has_ended)
+        return self.some(each for each in self.recordings if each.case.is_orderly and not each.has_ended)
 
     def named(self, prefix: str) -> List[Recording]:
         """Return the recordings of cases whose name begins so; NotApplicable if there are none."""
@@ -58,8 +63,7 @@ class Evidence(NamedTuple):
     def some(self, found: Iterable[Recording]) -> List[Recording]:
         """Return recordings; NotApplicable if there are none."""
         recordings = list(found)
-        if not recordings:
-            raise NotApplicable(self.missing)
+        require(recordings, self.missing)
         return recordings
 
     def pose_limits(self, recording: Recording) -> Tuple[float, float]:
@@ -85,13 +89,14 @@ class Evidence(NamedTuple):
             excess = max(error / limit for error, limit in zip(errors, limits))
             excesses.append((math.inf if math.isnan(excess) else excess, recording.name, errors, limits))
         excess, name, (off_m, off_rad), (limit_m, limit_rad) = max(excesses)
-        value = f'{name}: {millimetres(off_m)}, {degrees(off_rad)}' if math.isfinite(off_m) else f'{name}: no pose'
-        return Measured(excess <= 1.0, value, f'{millimetres(limit_m)}, {degrees(limit_rad)}', name)
+        value = f'{name}: {pose_text(off_m, off_rad)}' if math.isfinite(off_m) else f'{name}: no pose'
+        return Measured(excess <= 1.0, value, pose_text(limit_m, limit_rad), name)
 
 
-def millimetres(metres: float) -> str:
-    """Return a distance for people."""
-    return f'{1000.0 * metres:.1f} mm' if metres < 1.0 else f'{metres:.2f} m'
+def pose_text(off_m: float, off_rad: float) -> str:
+    """Return a distance and an angle for people."""
+    distance = f'{1000.0 * off_m:.1f} mm' if off_m < 1.0 else f'{off_m:.2f} m'
+    return f'{distance}, {degrees(off_rad)}'
 
 
 def degrees(angle_rad: float) -> str:
@@ -115,8 +120,8 @@ def at_zero(evidence: Evidence, poses: Sequence[Tuple[np.ndarray, str]]) -> Meas
     """Judge poses that should be zero, with the names of their cases."""
     off_m, off_rad, name = max((*pose_errors(pose, np.zeros(3)), name) for pose, name in poses)
     limit_m, limit_rad = rounding_of(evidence)
-    value, allowed = (f'{millimetres(m)}, {degrees(rad)}' for m, rad in ((off_m, off_rad), (limit_m, limit_rad)))
-    return Measured(off_m <= limit_m and off_rad <= limit_rad, value, allowed, name)
+    is_met = off_m <= limit_m and off_rad <= limit_rad
+    return Measured(is_met, pose_text(off_m, off_rad), pose_text(limit_m, limit_rad), name)
 
 
 Measures = Dict[str, Callable[[Evidence], Measured]]  # by the number of the clause

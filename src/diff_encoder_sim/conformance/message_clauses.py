@@ -12,21 +12,21 @@ from diff_encoder_sim.conformance.clauses import (
     Evidence,
     Measured,
     Measures,
-    NotApplicable,
     at_zero,
-    degrees,
-    millimetres,
     not_ascending,
+    pose_text,
+    require,
 )
 from diff_encoder_sim.conformance.recording import FramedPose
-from diff_encoder_sim.conformance.reference import nees, pose_errors, relative_pose
+from diff_encoder_sim.conformance.reference import exact_path, nees, pose_errors, relative_pose
 
 RATE_ERROR = 0.25  # timers miss a sample of twenty, and a loaded host delays some
 QUATERNION_ERROR = 1e-3  # float32; tf2 refuses 1e-2
 LEAST_NEES, MOST_NEES = 0.5, 2.0  # of 3: the mean of 40 honest drives is within 0.64 to 1.46 in 99.9 %
 BYTES_PER_MESSAGE = 50  # a stored pose has more; resident memory is constant to 1 MB in 20,000 messages
 SAME_POSE_M = 1e-6  # float64 in both messages
-NO_TRANSFORM = 'the node publishes no transform'
+MESSAGES_PER_HOUR = 3_600_000  # at 1 kHz
+NO_TRANSFORM, NO_RESET = 'the node publishes no transform', 'the node has no reset service'
 
 
 def _odometry(evidence: Evidence) -> List[FramedPose]:
@@ -38,8 +38,7 @@ def _transforms(evidence: Evidence) -> List[FramedPose]:
 
 
 def _stamps(evidence: Evidence) -> Measured:
-    if not evidence.has_stamps:
-        raise NotApplicable('the input has no stamps')
+    require(evidence.has_stamps, 'the input has no stamps')
     stamps = {sample.stamp_ns for recording in evidence.recordings for sample in recording.samples}
     messages = _odometry(evidence)
     wrong = [message for message in messages if message.stamp_ns not in stamps]
@@ -47,15 +46,13 @@ def _stamps(evidence: Evidence) -> Measured:
 
 
 def _ascending(evidence: Evidence, kind: str) -> Measured:
-    if kind == 'transforms' and not evidence.mapping.publish_tf:
-        raise NotApplicable(NO_TRANSFORM)
+    require(kind == 'odometry' or evidence.mapping.publish_tf, NO_TRANSFORM)
     wrong = sum(not_ascending(getattr(recording, kind)) for recording in evidence.orderly)
     return Measured(not wrong, f'{wrong} stamps repeat or go back', 'none')
 
 
 def _transforms_equal(evidence: Evidence) -> Measured:
-    if not evidence.mapping.publish_tf:
-        raise NotApplicable(NO_TRANSFORM)
+    require(evidence.mapping.publish_tf, NO_TRANSFORM)
     by_stamp = {each.stamp_ns: each for each in _transforms(evidence)}
     messages, missing, worst = _odometry(evidence), 0, (0.0, 0.0)
     for message in messages:
@@ -64,7 +61,7 @@ def _transforms_equal(evidence: Evidence) -> Measured:
             missing += 1
         else:
             worst = max(worst, pose_errors(transform.pose, message.pose))
-    value = f'{missing} of {len(messages)} without transform; {millimetres(worst[0])}, {degrees(worst[1])} apart'
+    value = f'{missing} of {len(messages)} without transform; {pose_text(*worst)} apart'
     is_met = missing <= 0.01 * len(messages) and max(worst) <= SAME_POSE_M
     return Measured(is_met, value, f'1 %; {1e3 * SAME_POSE_M:g} mm')
 
@@ -128,14 +125,13 @@ def _grows(evidence: Evidence) -> Measured:
 
 
 def _honest(evidence: Evidence, name: str) -> Measured:
-    if not evidence.mapping.reset:
-        raise NotApplicable('the node has no reset service')
+    require(evidence.mapping.reset, NO_RESET)
     found = []
     for recording in evidence.named(f'honest {name}'):
-        if recording.start is not None or not recording.odometry:
-            raise NotApplicable('the reset service does not answer')
+        require(recording.start is None and recording.odometry, 'the reset service does not answer')
         first, last = recording.odometry[0], recording.odometry[-1]
-        error = relative_pose(first.pose, last.pose) - recording.true_end(evidence.wheels.wheel_separation)
+        true_path = exact_path(recording.case.true_travels_m, evidence.wheels.wheel_separation)
+        error = relative_pose(first.pose, last.pose) - true_path[-1]
         found.append(nees(error, last.covariance) / 3.0)
     mean = float(np.mean(found))
     value = f'NEES / 3 = {mean:.2f}, mean of {len(found)} drives'
@@ -143,8 +139,7 @@ def _honest(evidence: Evidence, name: str) -> Measured:
 
 
 def _reset(evidence: Evidence) -> Measured:
-    if not evidence.mapping.reset:
-        raise NotApplicable('the node has no reset service')
+    require(evidence.mapping.reset, NO_RESET)
     recording = evidence.named('reset')[0]
     if recording.start is not None or not recording.odometry:
         return Measured(False, 'no answer', 'pose zero', recording.name)
@@ -154,16 +149,11 @@ def _reset(evidence: Evidence) -> Measured:
 def _memory(evidence: Evidence) -> Measured:
     recording = evidence.named('memory')[0]
     before = evidence.recordings[[each.name for each in evidence.recordings].index('memory') - 1]
-    if not before.memory_bytes or not recording.memory_bytes:
-        raise NotApplicable('not a process of this computer')
+    require(before.memory_bytes and recording.memory_bytes, 'not a process of this computer')
     per_message = max(0, recording.memory_bytes - before.memory_bytes) / len(recording.samples)
-    value = f'{_mb(per_message):.0f} MB an hour, by {len(recording.samples)} samples'
-    return Measured(per_message <= BYTES_PER_MESSAGE, value, f'{_mb(BYTES_PER_MESSAGE):.0f} MB', recording.name)
-
-
-def _mb(bytes_per_message: float) -> float:
-    """Return the growth in an hour at 1 kHz."""
-    return bytes_per_message * 3.6
+    growth_mb, allowed_mb = MESSAGES_PER_HOUR * 1e-6 * np.array([per_message, BYTES_PER_MESSAGE])
+    value = f'{growth_mb:.0f} MB an hour, by {len(recording.samples)} samples'
+    return Measured(per_message <= BYTES_PER_MESSAGE, value, f'{allowed_mb:.0f} MB', recording.name)
 
 
 MEASURES: Measures = {

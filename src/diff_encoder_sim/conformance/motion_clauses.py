@@ -13,10 +13,10 @@ from diff_encoder_sim.conformance.clauses import (
     Evidence,
     Measured,
     Measures,
-    NotApplicable,
     at_zero,
     degrees,
     not_ascending,
+    require,
     rounding_of,
 )
 from diff_encoder_sim.conformance.mapping import ANGLES, COUNTS
@@ -39,8 +39,7 @@ def _keeps_running(evidence: Evidence) -> Measured:
 
 
 def _floor(evidence: Evidence) -> Measured:
-    if evidence.mapping.reads_counts or not evidence.mapping.is_exact:
-        raise NotApplicable('the node does not count angles')
+    require(evidence.mapping.is_exact and not evidence.mapping.reads_counts, 'the node does not count angles')
     recording, separation_m = evidence.named('across zero')[0], evidence.wheels.wheel_separation
     _, off_rad = evidence.end_errors(recording)
     counts = off_rad * separation_m / evidence.wheels.m_per_count
@@ -48,22 +47,16 @@ def _floor(evidence: Evidence) -> Measured:
 
 
 def _distance(evidence: Evidence) -> Measured:
-    ratio, name = _distance_ratio(evidence)
-    return Measured(abs(ratio - 1.0) <= SCALE_ERROR, f'{ratio:.4f} of the true distance', '0.99 to 1.01', name)
-
-
-def _distance_ratio(evidence: Evidence) -> Tuple[float, str]:
-    """Return the ratio of distances that is farthest from 1 on straight drives, and its name."""
-    ratios = []
+    ratios = []  # on straight drives
     for recording in evidence.motions:
         path = recording.expected(evidence.wheels.wheel_separation)
         length_m = float(np.hypot(*path[-1, :2]))
         if np.abs(path[:, 2]).max() < 0.05 and length_m >= 0.04 and recording.case.pace != 'stream':
             found_m = float(np.hypot(*recording.found()[-1][:2]))
             ratios.append((_ratio(found_m, length_m, recording.slack_m), recording.name))
-    if not ratios:
-        raise NotApplicable('no straight drive')
-    return max(ratios, key=lambda each: abs(each[0] - 1.0))
+    require(ratios, 'no straight drive')
+    ratio, name = max(ratios, key=lambda each: abs(each[0] - 1.0))
+    return Measured(abs(ratio - 1.0) <= SCALE_ERROR, f'{ratio:.4f} of the true distance', '0.99 to 1.01', name)
 
 
 def _ratio(found: float, true: float, slack: float) -> float:
@@ -78,8 +71,7 @@ def _turn_ratio(evidence: Evidence) -> Tuple[float, float, str]:
         turn_rad = recording.expected(evidence.wheels.wheel_separation)[-1][2]
         if abs(turn_rad) >= 0.1 and len(recording.odometry) > 5 and recording.case.pace != 'stream':
             turns.append((abs(turn_rad) / len(recording.odometry), turn_rad, recording))
-    if not turns:
-        raise NotApplicable('no turn')
+    require(turns, 'no turn')
     _, turn_rad, recording = min(turns, key=lambda each: each[0])
     slack_rad = 2.0 * recording.slack_m / evidence.wheels.wheel_separation
     start = (recording.start or recording.odometry[0]).pose[2]
@@ -108,21 +100,18 @@ def _arcs(evidence: Evidence) -> Measured:
 
 
 def _first_count(evidence: Evidence) -> Measured:
-    if not evidence.mapping.commands:
-        raise NotApplicable(evidence.missing)
+    require(evidence.mapping.commands, evidence.missing)
     starts = evidence.some(each for each in evidence.named('start at') if each.name != 'start at 0')
     return at_zero(evidence, [(message.pose, start.name) for start in starts for message in start.odometry])
 
 
 def _wraps(evidence: Evidence) -> Measured:
-    if not evidence.mapping.counter_bits:
-        raise NotApplicable('the mapping has no counter_bits')
+    require(evidence.mapping.counter_bits, 'the mapping has no counter_bits')
     return evidence.worst_end(evidence.named('wrap of'))
 
 
 def _restart(evidence: Evidence) -> Measured:
-    if not {*COUNTS, *ANGLES} & set(evidence.mapping.input.values()):
-        raise NotApplicable('speeds have no counter')
+    require({*COUNTS, *ANGLES} & set(evidence.mapping.input.values()), 'speeds have no counter')
     recording = evidence.named('counter restart')[0]
     step_m = float(abs(np.diff(recording.travels_m, axis=0)).max())
     return evidence.worst_end([recording], step_m, 2.0 * step_m / evidence.wheels.wheel_separation)
@@ -143,8 +132,7 @@ def _twice(messages: List[FramedPose]) -> int:
 
 
 def _nan(evidence: Evidence) -> Measured:
-    if evidence.mapping.reads_counts:
-        raise NotApplicable('counts are whole numbers')
+    require(not evidence.mapping.reads_counts, 'counts are whole numbers')
     bad = 'messages not finite'
     return _ends(evidence, 'NaN', lambda found: sum(not np.isfinite(each.numbers).all() for each in found), bad)
 
@@ -183,12 +171,10 @@ def _twist_frame(evidence: Evidence) -> Measured:
             speed_mps = float(np.hypot(*message.twist[:2]))
             if speed_mps > 0.05 or not math.isfinite(speed_mps):
                 sideways.append((abs(message.twist[1]) / speed_mps, recording.name))
-    if not sideways:
-        raise NotApplicable('no twist above 0.05 m/s')
+    require(sideways, 'no twist above 0.05 m/s')
     share, name = max((math.inf if math.isnan(share) else share, name) for share, name in sideways)
-    return Measured(
-        share <= SIDEWAYS, f'{100.0 * share:.0f} % of the speed sideways', f'{100.0 * SIDEWAYS:.0f} %', name
-    )
+    value = f'{100.0 * share:.0f} % of the speed sideways'
+    return Measured(share <= SIDEWAYS, value, f'{100.0 * SIDEWAYS:.0f} %', name)
 
 
 def _twist_sign(evidence: Evidence) -> Measured:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from functools import partial
 from typing import Callable, List, NamedTuple, Optional, Protocol, Tuple
 
 import numpy as np
@@ -75,85 +74,89 @@ class Player:
         self._unanswered = 0  # samples
         self._pending_ns = 0  # stamp of a last sample whose answer may still come
         self._transforms = 0  # of the recordings so far: a late one belongs to the next
+        self._begin()
+
+    def _begin(self) -> None:
+        """Begin a recording with the next sample and the next message."""
+        self._samples: List[Sample] = []
+        self._sent_ns: List[int] = []
+        self._begun, self._begin_s = len(self._subject.odometry), time.monotonic()
 
     def start(self, of_round: Round) -> Recording:
         """Start the node for a round, and wait for its first odometry; Unusable if there is none."""
-        subject, begin_s = self._subject, time.monotonic()
+        subject = self._subject
         self._modulus, self._zero_rad = of_round.settings.modulus, np.zeros(2)
         self._angles_rad = np.full(2, (of_round.first_count + 0.5) * 2.0 * math.pi / self._wheels.ppr)
         subject.start(of_round.settings)
-        begun = len(subject.odometry)
+        self._begin()
         at_rest = Case(f'start at {of_round.first_count}', np.zeros(1), np.zeros((1, 2)))
-        samples: List[Sample] = []
-        sent_ns: List[int] = []
-        limit_s = time.monotonic() + self._mapping.start_timeout
+        limit_s = self._begin_s + self._mapping.start_timeout
         if not self._is_fast:  # nodes with a timer publish before the first sample
             subject.wait(lambda: False, START_SAMPLES / self._mapping.rate)
-        while len(subject.odometry) == begun or len(samples) < START_SAMPLES:
+        while len(subject.odometry) == self._begun or len(self._samples) < START_SAMPLES:
             if subject.fault() or time.monotonic() > limit_s:
                 late = f'no message within {self._mapping.start_timeout:g} s of input'
                 raise Unusable(f'{self._mapping.odom}: {subject.fault() or late}')
-            self._send(at_rest, 0, samples, sent_ns)
+            self._send(at_rest, 0)
             self._advance(at_rest)
-            due = begun + len(samples) if self._is_fast else math.inf
+            due = self._begun + len(self._samples) if self._is_fast else math.inf
             subject.wait(lambda: len(subject.odometry) >= due, 1.0 / self._mapping.rate)  # noqa: B023 - called at once
-        return self._recording(at_rest, samples, sent_ns, None, begun, begin_s)
+        return self._recording(at_rest, None)
 
     def play(self, case: Case) -> Recording:
         """Send the samples of a case, and return the messages of the node until it has settled."""
-        subject, begin_s, start = self._subject, time.monotonic(), self._last
+        subject, start = self._subject, self._last
         if case.resets:
             if self._pending_ns:  # an answer after the reset would be taken for one to this case
                 last_ns = self._pending_ns
                 subject.wait(lambda: encoded_stamp_ns(subject.odometry[-1].content) == last_ns, SILENCE_S)
             start = None if subject.reset() else start
-        samples: List[Sample] = []
-        sent_ns: List[int] = []
-        begun = len(subject.odometry)
-        before, newest, unanswered = begun, -1, 0
+        self._begin()
+        before, newest, unanswered = self._begun, -1, 0
         if not self._is_fast:
             self._next_ns = time.time_ns()
         for row in case.rows:
             if case.pace == 'realtime' or not self._is_fast:
-                time.sleep(max(0.0, begin_s + case.times_s[row] - time.monotonic()))
-            before = len(subject.odometry) if case.pace in ('answered', 'realtime') else begun + len(samples)
-            self._send(case, row, samples, sent_ns)
+                time.sleep(max(0.0, self._begin_s + case.times_s[row] - time.monotonic()))
+            is_stepwise = case.pace in ('answered', 'realtime')
+            before = len(subject.odometry) if is_stepwise else self._begun + len(self._samples)
+            self._send(case, row)
             if case.pace == 'stream' and unanswered < MOST_UNANSWERED:
-                unanswered += not subject.wait(partial(self._is_near, samples, begun), 10.0 * ANSWER_S)
+                unanswered += not subject.wait(self._is_near, 10.0 * ANSWER_S)
             elif self._is_fast and case.pace == 'answered' and newest < row != case.nan_row:
                 limit_s = ANSWER_S if self._unanswered < MOST_UNANSWERED else UNANSWERED_S
                 unanswered += not subject.wait(lambda: len(subject.odometry) > before, limit_s)  # noqa: B023
             newest = max(newest, row)
-            if subject.fault() or time.monotonic() - begin_s > CASE_LIMIT_S:
+            if subject.fault() or time.monotonic() - self._begin_s > CASE_LIMIT_S:
                 break
         settled_s = time.monotonic() + (0.0 if self._is_fast else 1.0 / self._mapping.rate)
         self._unanswered += unanswered
         are_answered = case.pace == 'answered' and not unanswered
-        self._pending_ns = 0 if are_answered else samples[-1].stamp_ns
-        is_settled = partial(self._is_settled, samples, sent_ns[-1], before, are_answered)
-        subject.wait(lambda: time.monotonic() >= settled_s and is_settled(), SETTLE_S)
+        self._pending_ns = 0 if are_answered else self._samples[-1].stamp_ns
+        subject.wait(lambda: time.monotonic() >= settled_s and self._is_settled(before, are_answered), SETTLE_S)
         self._advance(case)
-        return self._recording(case, samples, sent_ns, start, begun, begin_s)
+        return self._recording(case, start)
 
-    def _is_near(self, samples: List[Sample], begun: int) -> bool:
+    def _is_near(self) -> bool:
         """Return whether the node is at most `AHEAD` samples behind: by its messages, or by their stamps."""
-        odometry, due = self._subject.odometry, len(samples) - 1 - AHEAD
-        if due < 0 or len(odometry) - begun > due:
+        odometry, samples = self._subject.odometry, self._samples
+        due = len(samples) - 1 - AHEAD
+        if due < 0 or len(odometry) - self._begun > due:
             return True
         newest_ns = encoded_stamp_ns(odometry[-1].content)
         return samples[due].stamp_ns <= newest_ns + self._period_ns and newest_ns <= samples[-1].stamp_ns
 
-    def _is_settled(self, samples: List[Sample], sent_ns: int, before: int, are_answered: bool) -> bool:
+    def _is_settled(self, before: int, are_answered: bool) -> bool:
         """Return whether the pose is that of the last samples, which are at rest: by stamps, or after a silence."""
         odometry = self._subject.odometry
         if are_answered or not self._is_fast:
             return len(odometry) > before
-        newest_ns, last_ns = encoded_stamp_ns(odometry[-1].content), samples[-1].stamp_ns
-        silent_ns = time.monotonic_ns() - max(sent_ns, odometry[-1].receipt_ns)
+        newest_ns, last_ns = encoded_stamp_ns(odometry[-1].content), self._samples[-1].stamp_ns
+        silent_ns = time.monotonic_ns() - max(self._sent_ns[-1], odometry[-1].receipt_ns)
         is_silent = silent_ns > SILENCE_S * NANOSECONDS_PER_SECOND
         return last_ns - (SETTLE_SAMPLES - 1) * self._period_ns <= newest_ns <= last_ns or is_silent
 
-    def _send(self, case: Case, row: int, samples: List[Sample], sent_ns: List[int]) -> None:
+    def _send(self, case: Case, row: int) -> None:
         """Send the sample of a row."""
         if row == case.restart_row:
             self._zero_rad = self._angles_at(case, row)
@@ -166,9 +169,9 @@ class Player:
             speeds_mps = np.diff(case.travels_m[row - 1 : row + 1], axis=0)[0] / np.diff(case.times_s)[row - 1]
         if row == case.nan_row:
             angles_rad = speeds_mps = np.full(2, np.nan)
-        samples.append(Sample(stamp_ns, angles_rad, counts, speeds_mps))
-        sent_ns.append(time.monotonic_ns())
-        self._subject.send(samples[-1])
+        self._samples.append(Sample(stamp_ns, angles_rad, counts, speeds_mps))
+        self._sent_ns.append(time.monotonic_ns())
+        self._subject.send(self._samples[-1])
 
     def _angles_at(self, case: Case, row: int) -> np.ndarray:
         return np.asarray(self._angles_rad + case.travels_m[row] / (0.5 * self._wheels.wheel_diameter))
@@ -180,17 +183,9 @@ class Player:
         end_ns = self._next_ns + round((case.times_s[-1] - back_s) * NANOSECONDS_PER_SECOND)
         self._next_ns = (end_ns // self._period_ns + 1) * self._period_ns
 
-    def _recording(
-        self,
-        case: Case,
-        samples: List[Sample],
-        sent_ns: List[int],
-        start: Optional[FramedPose],
-        begun: int,
-        begin_s: float,
-    ) -> Recording:
-        subject = self._subject
-        odometry = [decode_odometry(each.content, each.receipt_ns) for each in subject.odometry[begun:]]
+    def _recording(self, case: Case, start: Optional[FramedPose]) -> Recording:
+        subject, samples, sent_ns = self._subject, self._samples, self._sent_ns
+        odometry = [decode_odometry(each.content, each.receipt_ns) for each in subject.odometry[self._begun :]]
         transforms = [
             transform
             for each in subject.transforms[self._transforms :]
@@ -206,7 +201,7 @@ class Player:
             travels_m = counts_of_angles(angles_rad, self._wheels.ppr) * self._wheels.m_per_count
         self._last = odometry[-1] if odometry else self._last
         fault = subject.fault() or ('' if odometry else 'no odometry')
-        if not fault and time.monotonic() - begin_s > CASE_LIMIT_S:
+        if not fault and time.monotonic() - self._begin_s > CASE_LIMIT_S:
             fault = f'not finished within {CASE_LIMIT_S:g} s'
         return Recording(case, samples, sent_ns, travels_m, start, odometry, transforms, fault, subject.memory_bytes())
 

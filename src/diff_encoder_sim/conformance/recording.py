@@ -116,11 +116,6 @@ class Recording(NamedTuple):
         """Return (n, 3) the exact path, from pose zero."""
         return exact_path(self.travels_m, separation_m)
 
-    def true_end(self, separation_m: float) -> np.ndarray:
-        """Return (3,) the exact pose at the end, also of a robot that slips."""
-        travels_m = self.case.travels_m if self.case.true_travels_m is None else self.case.true_travels_m
-        return np.asarray(exact_path(travels_m, separation_m)[-1])
-
     def found(self) -> np.ndarray:
         """Return (m, 3) the poses of the odometry relative to the start."""
         start = self.start or self.odometry[0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from typing import List, Sequence
+from typing import Sequence
 from xml.etree import ElementTree
 
 from diff_encoder_sim.analysis.result_tables import TextTable
@@ -23,13 +23,9 @@ def verdict_table(verdicts: Sequence[Verdict]) -> str:
         for each in verdicts
     ]
     table = TextTable('Conformance', ['', 'clause', 'verdict', 'measured', 'allowed'], rows, texts=5).text()
-    return '\n'.join([table, '', *effects(verdicts), counts(verdicts)])
-
-
-def effects(verdicts: Sequence[Verdict]) -> List[str]:
-    """Return one line for each failed clause: its effect on a robot, and its source."""
     failed = [each.clause for each in verdicts if each.outcome == FAIL]
-    return [f'{clause.number} {clause.title}: {clause.effect} ({clause.source})' for clause in failed]
+    effects = [f'{clause.number} {clause.title}: {clause.effect} ({clause.source})' for clause in failed]
+    return '\n'.join([table, '', *effects, counts(verdicts)])
 
 
 def counts(verdicts: Sequence[Verdict]) -> str:

@@ -9,7 +9,7 @@ from typing import Dict, List, NamedTuple, Set
 from diff_encoder_sim.base.errors import readable
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.conformance import message_clauses, motion_clauses
-from diff_encoder_sim.conformance.clauses import Evidence, NotApplicable
+from diff_encoder_sim.conformance.clauses import Evidence, NotApplicable, require
 
 MEASURES = {**motion_clauses.MEASURES, **message_clauses.MEASURES}  # by number
 
@@ -52,8 +52,7 @@ def judge(evidence: Evidence) -> List[Verdict]:
                 judge_one(clauses[needed])
         blocking = next((needed for needed in clause.needs.split() if needed in unjudged), '')
         try:
-            if blocking:
-                raise NotApplicable(f'judged after {blocking} passes')
+            require(not blocking, f'judged after {blocking} passes')
             found = MEASURES[clause.number](evidence)
             verdict = Verdict(clause, PASS if found.is_met else FAIL, readable(found.value), *found[2:])
         except NotApplicable as reason:

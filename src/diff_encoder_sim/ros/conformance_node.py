@@ -76,11 +76,9 @@ def parse_conformance_node() -> argparse.Namespace:
 def find_mapping(options: argparse.Namespace) -> NodeMapping:
     """Return the mapping, without commands for a running node; ConfigError if there is none."""
     folder = package_folder() / 'config' / 'conformance'
-    names = [options.node] if options.node else list(OURS if options.start == 'false' else OURS[:1])
-    found = []
-    for name in names:
-        path = folder / f'{name}.yaml' if name.isidentifier() else users_path(name)
-        found.append(load_params(NodeMapping, path))
+    names = [options.node] if options.node else OURS if options.start == 'false' else OURS[:1]
+    paths = [folder / f'{name}.yaml' if name.isidentifier() else users_path(name) for name in names]
+    found = [load_params(NodeMapping, path) for path in paths]
     if options.start == 'true':
         return found[0]
     subscribed = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1])
@@ -167,17 +165,15 @@ class RosSubject:
         built = {topic: publisher.data_class() for topic, publisher in self.publishers.items()}
         for address, given in self._mapping.input.items():
             topic, place_text = split_address(address)
-            steps = steps_of(place_text)
+            *steps, last = steps_of(place_text)
             place: Any = built[topic]
-            for step, following in zip(steps, [*steps[1:], None]):
-                if isinstance(step, int) and isinstance(place, list):
-                    place += [0] * (step + 1 - len(place))
-                if following is not None:
-                    place = place[step] if isinstance(step, int) else getattr(place, step)
-                elif isinstance(step, int):
-                    place[step] = values.get(str(given), given)
-                else:
-                    setattr(place, step, values.get(str(given), given))
+            for step in steps:
+                place = place[step] if isinstance(step, int) else getattr(place, step)
+            if isinstance(last, int):
+                place += [0] * (last + 1 - len(place))
+                place[last] = values.get(str(given), given)
+            else:
+                setattr(place, last, values.get(str(given), given))
         for topic, message in built.items():
             if message._has_header:
                 message.header.stamp = stamp_from_ns(sample.stamp_ns)
