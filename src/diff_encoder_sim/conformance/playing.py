@@ -16,7 +16,7 @@ from diff_encoder_sim.conformance.reference import counts_of_angles, wrapped
 from diff_encoder_sim.drives.message_decoders import encoded_stamp_ns
 
 HISTORY_S = 7200  # fast cases have stamps of the past: nodes may refuse those of the future
-ANSWER_S, SILENCE_S, SETTLE_S = 0.1, 0.2, 1.0  # wall time for an answer, after the last answer, and to the end
+ANSWER_S, PAUSE_S, SILENCE_S, SETTLE_S = 0.1, 0.05, 0.2, 1.0  # wall time: an answer; without another one; to the end
 MOST_UNANSWERED, UNANSWERED_S = 50, 0.003  # samples; after them the wait for an answer is this short
 CASE_LIMIT_S = 60.0  # wall time; 20,000 samples take 20 s on a loaded host
 START_SAMPLES = 5  # at rest, which a node with a timer takes in after its first odometry
@@ -147,14 +147,19 @@ class Player:
         return samples[due].stamp_ns <= newest_ns + self._period_ns and newest_ns <= samples[-1].stamp_ns
 
     def _is_settled(self, before: int, are_answered: bool) -> bool:
-        """Return whether the pose is that of the last samples, which are at rest: by stamps, or after a silence."""
-        odometry = self._subject.odometry
-        if are_answered or not self._is_fast:
+        """Return whether the pose is that of the last samples, which are at rest.
+
+        It is if each sample has one answer, or else by stamps after a pause, or after a silence.
+        """
+        odometry, samples = self._subject.odometry, self._samples
+        if not self._is_fast:
             return len(odometry) > before
-        newest_ns, last_ns = encoded_stamp_ns(odometry[-1].content), self._samples[-1].stamp_ns
-        silent_ns = time.monotonic_ns() - max(self._sent_ns[-1], odometry[-1].receipt_ns)
-        is_silent = silent_ns > SILENCE_S * NANOSECONDS_PER_SECOND
-        return last_ns - (SETTLE_SAMPLES - 1) * self._period_ns <= newest_ns <= last_ns or is_silent
+        if are_answered and len(odometry) - self._begun == len(samples):
+            return True
+        newest_ns, last_ns = encoded_stamp_ns(odometry[-1].content), samples[-1].stamp_ns
+        quiet_s = (time.monotonic_ns() - max(self._sent_ns[-1], odometry[-1].receipt_ns)) / NANOSECONDS_PER_SECOND
+        is_newest = last_ns - (SETTLE_SAMPLES - 1) * self._period_ns <= newest_ns <= last_ns
+        return quiet_s > (PAUSE_S if is_newest else SILENCE_S)
 
     def _send(self, case: Case, row: int) -> None:
         """Send the sample of a row."""
