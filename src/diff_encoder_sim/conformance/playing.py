@@ -138,13 +138,13 @@ class Player:
         return self._recording(case, start)
 
     def _is_near(self) -> bool:
-        """Return whether the node is at most `AHEAD` samples behind: by its messages, or by their stamps."""
+        """Return whether the node is at most `AHEAD` samples behind: by its stamps, or else by its messages."""
         odometry, samples = self._subject.odometry, self._samples
         due = len(samples) - 1 - AHEAD
-        if due < 0 or len(odometry) - self._begun > due:
-            return True
         newest_ns = encoded_stamp_ns(odometry[-1].content)
-        return samples[due].stamp_ns <= newest_ns + self._period_ns and newest_ns <= samples[-1].stamp_ns
+        if due >= 0 and samples[0].stamp_ns <= newest_ns <= samples[-1].stamp_ns:
+            return samples[due].stamp_ns <= newest_ns + self._period_ns
+        return len(odometry) - self._begun > due
 
     def _is_settled(self, before: int, are_answered: bool) -> bool:
         """Return whether the pose is that of the last samples, which are at rest.
