@@ -15,6 +15,7 @@ from diff_encoder_sim.wheels.report_link import EncoderSample
 
 if TYPE_CHECKING:  # nodes of an encoder import this module
     from diff_encoder_sim.base.laser_scan import Scan
+    from diff_encoder_sim.localization.imu_params import ImuParams, ImuSample
     from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
     from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
     from diff_encoder_sim.simulation.state import BodyState, JointStates
@@ -234,6 +235,25 @@ def encode_goal(sent: SentGoal, goal_in_map: Pose2D, goal_stamp_ns: int, frame: 
 def encode_result(sent: SentGoal, status: GoalStatus, text: str, stamp_ns: int) -> bytes:
     """Encode move_base_msgs/MoveBaseActionResult of a goal that is over; MoveBaseResult has no fields."""
     return encode_header(stamp_ns, '') + sent.encoded() + bytes([_ACTION_STATUS[status.name]]) + encode_text(text)
+
+
+class ImuEncoder:
+    """Encodes sensor_msgs/Imu (REP-145): no orientation; variances of white noise and quantisation."""
+
+    def __init__(self, params: ImuParams) -> None:
+        # A covariance that begins with -1 marks the orientation as not measured.
+        self._before = encode_name(params.frame) + struct.pack('<13d', 0.0, 0.0, 0.0, 1.0, -1.0, *[0.0] * 8)
+        self._covariances = [
+            np.diag([sensor.noise_variance(params.rate)] * 3).astype('<f8').tobytes()
+            for sensor in (params.gyroscope, params.accelerometer)
+        ]
+        self._fields = struct.Struct(f'<3I{len(self._before)}s3d72s3d72s')
+
+    def encode(self, sample: ImuSample) -> bytes:
+        """Encode a message; angular velocity and specific force are in the IMU's frame."""
+        stamp, (of_angular, of_linear) = divmod(sample.stamp_ns, NANOSECONDS_PER_SECOND), self._covariances
+        measured = *sample.angular_velocity_radps, of_angular, *sample.linear_acceleration_mps2, of_linear
+        return self._fields.pack(0, *stamp, self._before, *measured)
 
 
 class ModelStatesEncoder:

@@ -9,6 +9,7 @@ from typing import Dict, Literal, NamedTuple, Tuple
 STRING_TYPE = 'std_msgs/msg/String'
 JOINT_STATE_TYPE = 'sensor_msgs/msg/JointState'
 LASER_SCAN_TYPE = 'sensor_msgs/msg/LaserScan'
+IMU_TYPE = 'sensor_msgs/msg/Imu'
 MODEL_STATES_TYPE = 'gazebo_msgs/msg/ModelStates'
 ENCODER_PULSE_TYPE = 'diff_encoder_sim/msg/EncoderPulse'
 ODOMETRY_TYPE = 'nav_msgs/msg/Odometry'
@@ -44,6 +45,7 @@ CLOCK = '/clock'
 JOINT_STATES = '/joint_states'
 MODEL_STATES = '/gazebo/model_states'
 SCAN = '/scan'
+IMU = '/imu/data'
 CMD_VEL = '/cmd_vel'
 ENCODER_PULSE = '/encoder_pulse'
 ENCODER_VELOCITY = '/encoder_velocity'
@@ -94,7 +96,7 @@ class RecordedTopic(NamedTuple):
 
 # One row for each topic of a trial's bag. trials/publications.py publishes its messages; their encoders are in
 # message_encoders.py. Topics of the last lines are published with navigation only, /initialpose by
-# people, and /encoder_velocity if the motor controller measures speeds.
+# people, /encoder_velocity if the motor controller measures speeds, and /imu/data if there is an IMU.
 TOPICS = (
     RecordedTopic(TRIAL, STRING_TYPE, _TRIAL_NODES, is_latched=True),
     RecordedTopic(TRIAL_RESULT, STRING_TYPE, _TRIAL_NODES, is_latched=True),
@@ -109,9 +111,14 @@ TOPICS = (
     RecordedTopic(WORLD_POSE, POSE_STAMPED_TYPE, (WORLD_POSE_NODE,)),
     RecordedTopic(TF, TRANSFORMS_TYPE, (STATE_PUBLISHER_NODE, ODOM_NODE, IDEAL_ODOM_NODE, AMCL_NODE), is_bulk=True),
     RecordedTopic(
-        TF_STATIC, TRANSFORMS_TYPE, (STATE_PUBLISHER_NODE, SCRIPTED_DRIVE_NODE), is_latched=True, is_bulk=True
+        TF_STATIC,
+        TRANSFORMS_TYPE,
+        (STATE_PUBLISHER_NODE, SCRIPTED_DRIVE_NODE, SIMULATOR_NODE),
+        is_latched=True,
+        is_bulk=True,
     ),
     RecordedTopic(SCAN, LASER_SCAN_TYPE, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(IMU, IMU_TYPE, (SIMULATOR_NODE,), is_bulk=True),
     RecordedTopic(AMCL_POSE, POSE_WITH_COVARIANCE_TYPE, (AMCL_NODE,), is_latched=True),
     RecordedTopic(INITIAL_POSE, POSE_WITH_COVARIANCE_TYPE, ()),
     RecordedTopic(MAP, 'nav_msgs/msg/OccupancyGrid', (MAP_NODE, SLAM_NODE), is_latched=True, is_bulk=True),

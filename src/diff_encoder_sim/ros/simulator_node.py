@@ -10,16 +10,25 @@ from typing import Any, Callable, Dict, List
 import rospy
 from pydantic import Field
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState, LaserScan
+from sensor_msgs.msg import Imu, JointState, LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
+from tf2_msgs.msg import TFMessage
 from typing_extensions import Annotated, Literal
 
 from diff_encoder_sim.base.bounds import Between, Duration_s, Rate_Hz, Seed
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.package_files import package_folder, users_path
 from diff_encoder_sim.base.params import did_you_mean
+from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.message_encoders import ModelStatesEncoder, encode_clock, encode_joint_state, encode_scan
+from diff_encoder_sim.drives.message_encoders import (
+    ImuEncoder,
+    ModelStatesEncoder,
+    encode_clock,
+    encode_joint_state,
+    encode_planar_tf,
+    encode_scan,
+)
 from diff_encoder_sim.drives.test_definition import PoseParams
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments_of_text
@@ -88,6 +97,11 @@ class SimulatorNode:
         self._joint_states = Publisher('joint_states', JointState)
         self._scans = Publisher('scan', LaserScan)
         self._scan_frame, self._scan_period_ns = params.laser_link, params.lidar.period_ns
+        if params.imu is not None:
+            self._imu, self._imu_encoder = Publisher('imu/data', Imu), ImuEncoder(params.imu)
+        if self._simulator.imu_frames:
+            transform = encode_planar_tf(IDENTITY, 0, *self._simulator.imu_frames)
+            Publisher('/tf_static', TFMessage, latch=True).publish(transform)
         headers = {STATES_PERIOD_HEADER: str(STATES_PERIOD_NS)}
         self._model_states = Publisher('/gazebo/model_states', ModelStates, headers=headers)
         self._states_encoder = ModelStatesEncoder(self._simulator.world, self._simulator.robot_name)
@@ -144,6 +158,9 @@ class SimulatorNode:
     def _publish(self, now_ns: int) -> None:
         self._clock.publish(encode_clock(now_ns))
         self._joint_states.publish(encode_joint_state(self._simulator.joint_states()))
+        imu = self._simulator.imu()
+        if imu is not None:
+            self._imu.publish(self._imu_encoder.encode(imu))
         if now_ns % STATES_PERIOD_NS == 0:
             self._model_states.publish(self._states_encoder.encode(self._simulator.physics.base()))
         if now_ns % self._scan_period_ns == 0:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import logging
 import math
+from collections import deque
 from pathlib import Path
-from typing import Any, Dict, Tuple, Union
+from typing import Any, Deque, Dict, Optional, Tuple, Union
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -20,11 +21,13 @@ from diff_encoder_sim.base.per_wheel import WheelDiameterOrZero_m
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.localization.imu_params import ImuParams, ImuSample
 from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.robot_file import proposed_laser_line
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors, load_simulated_robot
+from diff_encoder_sim.simulation.imu import Imu
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
-from diff_encoder_sim.simulation.physics import BulletPhysics, PhysicsParams
+from diff_encoder_sim.simulation.physics import GRAVITY_MPS2, BulletPhysics, PhysicsParams
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S, JointStates
 from diff_encoder_sim.simulation.world import load_world
 
@@ -181,6 +184,7 @@ class SimulatorParams(Params):
     )
     drive: DriveParams = param(DriveParams(), 'motors and their controller')
     lidar: LidarParams = param(LidarParams(), 'LiDAR')
+    imu: Optional[ImuParams] = param(None, 'inertial measurement unit; without it, none is simulated')
     physics: PhysicsParams = param(PhysicsParams(), 'settings of PyBullet')
     wheel_errors: WheelErrorParams = param(WheelErrorParams(), 'errors of the wheels')
 
@@ -189,12 +193,12 @@ class SimulatorParams(Params):
         choices: Dict[str, Any] = {key: getattr(self, key) or None for key in RobotChoices.model_fields}
         return RobotChoices(**choices)
 
-    @field_validator('lidar')
+    @field_validator('lidar', 'imu')
     @classmethod
-    def _check_scan_period(cls, lidar: LidarParams) -> LidarParams:
-        if lidar.period_ns % TICK_NS:
+    def _check_period(cls, sensor: Union[LidarParams, ImuParams, None]) -> Union[LidarParams, ImuParams, None]:
+        if sensor is not None and sensor.period_ns % TICK_NS:
             raise ValueError(f'a rate whose period is whole {TICK_NS // 1_000_000} ms')
-        return lidar
+        return sensor
 
 
 class Simulator:
@@ -230,6 +234,12 @@ class Simulator:
         """The robot's name in its URDF."""
         return self._robot.description.tree.name
 
+    @property
+    def imu_frames(self) -> Optional[Tuple[str, str]]:
+        """The frames of base_link and of the IMU at it; None without an IMU, or if the IMU's is a link of the robot."""
+        imu, tree = self.params.imu, self._robot.description.tree
+        return None if imu is None or imu.frame in tree.links else (tree.root, imu.frame)
+
     def close(self) -> None:
         """Free the physics; the object cannot be used afterwards."""
         self.physics.close()
@@ -252,6 +262,10 @@ class Simulator:
         self._lidar = Lidar(self.world, self._scan_height_m, params.lidar, generator(self._seed, 'lidar_noise'))
         radii_m, rng = self._robot.wheels[:2], generator(self._seed, 'wheel_slip')
         self._wheels = SlippingWheels(params.wheel_errors, radii_m, rng)
+        self._imu: Optional[Imu] = None
+        if params.imu is not None:
+            self._imu = Imu(params.imu, GRAVITY_MPS2, generator(self._seed, 'imu'))
+        self._imu_samples: Deque[ImuSample] = deque()  # whose messages are not due yet
         self._read_wheels()
 
     def reset_world(self) -> None:
@@ -282,6 +296,19 @@ class Simulator:
         """Take a scan from the LiDAR's true pose."""
         laser_pose_in_world = self.physics.base_pose_in_plane().compose(self.laser_pose_in_base)
         return self._lidar.scan(self.time_ns, laser_pose_in_world)
+
+    def imu(self) -> Optional[ImuSample]:
+        """Return the sample of the IMU whose message is due at this tick, after its latency; None if there is none.
+
+        Call it once in each tick.
+        """
+        params = self.params.imu
+        if params is None or self._imu is None:
+            return None
+        if self.time_ns % params.period_ns == 0:
+            self._imu_samples.append(self._imu.sample(self.time_ns, self.physics.base()))
+        is_due = self._imu_samples and self._imu_samples[0].stamp_ns + params.latency_ns <= self.time_ns
+        return self._imu_samples.popleft() if is_due else None
 
     def _read_wheels(self) -> None:
         rolled = self.physics.wheels()

@@ -136,11 +136,14 @@ class LockstepTrial:
             del self.driver
 
     def _tick(self) -> None:
-        """Advance by 10 ms: joints and encoders, true pose, scan, due messages; then the physics."""
+        """Advance by 10 ms: joints, IMU and encoders, true pose, scan, due messages; then the physics."""
         simulator = self._simulator
         now_ns = simulator.time_ns
         if self._is_recorded:
             self._publications.joint_states(simulator.joint_states())
+        imu = simulator.imu()
+        if imu is not None:
+            self._publications.imu(now_ns, imu)
         if self._chain is None:
             self._log.extend((*self._wheel_angles_rad(), *self._command))
         else:

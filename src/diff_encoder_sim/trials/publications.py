@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import List, Optional
 
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.drives import message_encoders as encoders
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Ending, Trial
 from diff_encoder_sim.localization.amcl import AmclEstimate
+from diff_encoder_sim.localization.imu_params import ImuSample
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.navigator_inputs import Command, GoalStatus
 from diff_encoder_sim.robots.description import RobotSource
@@ -47,6 +48,7 @@ class Publications:
     _goal = encoders.SentGoal(_trial_node, 0, 0)  # before the first
     _frames: Optional[LinkFrames] = None  # if the bag records /tf
     _frames_ns = 0  # when they were published last
+    _imu: Optional[encoders.ImuEncoder] = None  # if there is an IMU
     _models: Optional[encoders.ModelStatesEncoder] = None  # if it records /gazebo/model_states
     _map_frame = _odom_frame = _base_frame = _laser = ''
     _joints, _scan_s, _has_odom_tf = ('', ''), 0.0, False
@@ -61,6 +63,7 @@ class Publications:
         self._base_frame, self._has_odom_tf = params.odometry.base_frame, params.odometry.publish_tf
         self._joints = params.encoder.left_joint, params.encoder.right_joint
         self._laser, self._scan_s = params.simulator.laser_link, 1.0 / params.simulator.lidar.rate
+        self._imu = params.simulator.imu and encoders.ImuEncoder(params.simulator.imu)
 
     def trial(self, trial: Trial) -> None:
         """Publish /trial, first of all."""
@@ -71,6 +74,8 @@ class Publications:
         if trial.nav == 'scripted':
             start = trial.test.start.pose()  # without localization, odom is at the start of the robot
             self._transform(topics.TF_STATIC, self._trial_node, 0, start, 0, self._map_frame, self._odom_frame)
+        if simulator.imu_frames:
+            self._transform(topics.TF_STATIC, topics.SIMULATOR_NODE, 0, IDENTITY, 0, *simulator.imu_frames)
         if self._bag.wants(topics.MODEL_STATES):
             self._models = encoders.ModelStatesEncoder(simulator.world, simulator.robot_name)
         if self._bag.wants(topics.TF):
@@ -97,6 +102,11 @@ class Publications:
                 self._bag.publish(topics.TF_STATIC, node, now_ns, _encode_frames, fixed, now_ns)
             self._frames_ns = now_ns
             self._bag.publish(topics.TF, node, now_ns, _encode_turned, self._frames, joints)
+
+    def imu(self, now_ns: int, sample: ImuSample) -> None:
+        """Publish /imu/data."""
+        if self._imu is not None:
+            self._bag.publish(topics.IMU, topics.SIMULATOR_NODE, now_ns, self._imu.encode, sample)
 
     def models(self, now_ns: int, simulator: Simulator) -> None:
         """Publish /gazebo/model_states."""
