@@ -13,6 +13,7 @@ from diff_encoder_sim.drives.topics import BAG_FORMATS, ODOM, SCAN
 from diff_encoder_sim.robots.wheel_quality import QUALITIES
 
 ROBOT = 'robot: a name (config/robots/), a robot file (.yaml), or a xacro or URDF file'
+IMU = 'IMU to simulate: mpu6050, bno055, ... (files of config/imu/), or a .yaml file'
 ENCODERS = 'real encoders: amt102, pololu_25d, ... (files of config/encoders/; catalogue: all), or .yaml files'
 TESTS = 'tests: SL, SMT, DLD, UMBMARK, or .yaml files'
 OVERRIDES = 'overrides of the campaign file (--ppr or --encoders: of both)'
@@ -87,6 +88,7 @@ class CampaignOptions(RunOptions):
     trials: Optional[int] = option(None, 'trials of each test with each encoder', 'N', TRIALS, OVERRIDES)
     nav: Optional[str] = option(None, 'with feedback or without', group=OVERRIDES, choices=('embedded', 'scripted'))
     robot: Optional[str] = option(None, ROBOT, 'NAME|FILE', group=OVERRIDES)
+    imu: Optional[str] = option(None, IMU, 'NAME|FILE', group=OVERRIDES)
     record: Optional[str] = option(
         None, 'all topics; without scans and bulk; or no bags', group=OVERRIDES, choices=('full', 'minimal', 'none')
     )
@@ -307,6 +309,7 @@ class LaunchOptions:
     robot: str = option('', ROBOT, 'ROBOT', flag='robot')
     robot_args: str = option('', 'xacro arguments: name=value name=value', 'TEXT')
     encoder: str = option('', 'real encoder, in place of ppr', 'NAME|FILE')
+    imu: str = option('', IMU, 'NAME|FILE')
     config: Optional[str] = _file('config')
     simulator_config: Optional[str] = _file('simulator')
     amcl_config: Optional[str] = _file('amcl')

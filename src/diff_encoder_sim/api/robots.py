@@ -16,6 +16,7 @@ from diff_encoder_sim.base.params import flat, for_xml_rpc, nested, split_params
 from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.trial_recording import trial_of_source
+from diff_encoder_sim.localization.imu_params import NO_IMU, imu_settings
 from diff_encoder_sim.robots import robot_file
 from diff_encoder_sim.robots.xacro_expansion import expansion, xacro_arguments, xacro_arguments_of_text
 from diff_encoder_sim.simulation.link_frames import display_urdf, without_root_inertia
@@ -61,6 +62,8 @@ def launched_robot(
         if OWN_PPR in arguments:
             raise ConfigError(f'encoder: given {options.encoder} with ppr {arguments[OWN_PPR]}; allowed: one of them')
         encoder = load_encoder(options.encoder, config, users_folder)
+    if options.imu not in ('', NO_IMU) and options.sim != SIMULATED:
+        raise ConfigError(f'imu: given {options.imu} with sim {options.sim}; allowed: with {SIMULATED}')
     settings = {**(usual or {}), **_config(robot_params.uncertainty_of_robot(setup.settings)), **setup.settings}
     if setup.file.ppr is not None:
         settings[OWN_PPR] = setup.file.ppr
@@ -74,7 +77,7 @@ def launched_robot(
     ]
     # The parameter server does not support None.
     of_encoder = {key: value for key, value in encoder.overrides.items() if value is not None} if encoder else {}
-    given = {**of_encoder, **arguments}
+    given = {**of_encoder, **imu_settings(options.imu, config, users_folder), **arguments}
     if OWN_PPR in given:
         replaced.update(RESOLUTION_KEYS)  # overrides the robot's own encoder
     settings = {key: value for key, value in settings.items() if key not in replaced}

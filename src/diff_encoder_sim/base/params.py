@@ -164,6 +164,12 @@ def _keys_at(params_class: Type[Params], path: List[str]) -> List[str]:
     return keys_of(params_class)
 
 
+def field_struct(annotation: Any) -> Optional[Type[Params]]:
+    """Return the struct that a field of this type is, or is unless it is None; None for other types."""
+    kinds = get_args(annotation) if type(None) in get_args(annotation) else [annotation]
+    return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Params)), None)
+
+
 def _struct_in(annotation: Any) -> Optional[Type[Params]]:
     """Return the struct in a field's type; None if there is none."""
     if isinstance(annotation, type) and issubclass(annotation, Params):

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import List, NamedTuple, Tuple
+from typing import Any, Dict, List, NamedTuple, Tuple
 
 from pydantic import Field
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between, PositiveDuration_s
-from diff_encoder_sim.base.params import Line, Params, load_params, param
+from diff_encoder_sim.base.params import Line, Params, flat, load_params, param
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.base.yaml_files import find_yaml
 
 NO_IMU = 'none'
+
+NO_IMU = 'none'  # in place of a name
 
 # The greatest Allan deviation of a first-order Gauss-Markov process, at 1.89 times its correlation time, over the
 # process's standard deviation.
@@ -91,3 +93,11 @@ class ImuFileParams(Params):
 def load_imu(given: str, config_folder: Path, folder: Path) -> ImuFileParams:
     """Load an IMU by name in config/imu, or a .yaml file by its path from `folder`; ConfigError if missing or bad."""
     return load_params(ImuFileParams, find_yaml('imu', given, config_folder / 'imu', folder))
+
+
+def imu_settings(given: str, config_folder: Path, folder: Path) -> Dict[str, Any]:
+    """Return the parameters of an IMU by dotted keys, `simulator.imu.rate`; none for '' and `none`; see `load_imu`."""
+    if given in ('', NO_IMU):
+        return {}
+    imu = load_imu(given, config_folder, folder).imu
+    return {f'simulator.imu.{key}': value for key, value in flat(imu.model_dump())}

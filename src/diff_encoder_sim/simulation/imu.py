@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections import deque
+from typing import Callable, Deque, Optional, Tuple
+
 import numpy as np
 
 from diff_encoder_sim.base.kernels import Array, compiled
@@ -26,6 +29,8 @@ class Imu:
         self._normals, self._used = np.empty((0, 2 * AXES)), 0
         self._velocity_mps = np.zeros(3)  # of base_link at the last sample, in its own frame
         self._gravity_mps2, self._period_s = gravity_mps2, params.period_ns / NANOSECONDS_PER_SECOND
+        self._period_ns, self._latency_ns = params.period_ns, params.latency_ns
+        self._waiting: Deque[ImuSample] = deque()  # for their messages
         for sensor, rows in ((params.gyroscope, self._table[:3]), (params.accelerometer, self._table[3:])):
             scales = 1.0 + sensor.scale_error * rng.standard_normal(3)
             cross = sensor.misalignment * rng.standard_normal((3, 3))
@@ -40,11 +45,18 @@ class Imu:
             rows[:, RESOLUTION] = sensor.resolution
             rows[:, RANGE] = sensor.range or math.inf
 
-    def sample(self, stamp_ns: int, base: BodyState) -> ImuSample:
-        """Measure the motion of base_link one period after the last sample."""
-        motion = np.array([(*base.quat_xyzw, *base.linear_xyz_mps, *base.angular_xyz_radps)])
-        gx, gy, gz, ax, ay, az = self.measure(motion)[0].tolist()
-        return ImuSample(stamp_ns, (gx, gy, gz), (ax, ay, az))
+    def step(self, now_ns: int, base: Callable[[], BodyState]) -> Optional[ImuSample]:
+        """Measure the state of base_link if a sample is due; return the sample whose message is due now, if any.
+
+        Call it once in each tick.
+        """
+        if now_ns % self._period_ns == 0:
+            _, quat_xyzw, linear_mps, angular_radps = base()
+            gx, gy, gz, ax, ay, az = self.measure(np.array([(*quat_xyzw, *linear_mps, *angular_radps)]))[0].tolist()
+            self._waiting.append(ImuSample(now_ns, (gx, gy, gz), (ax, ay, az)))
+        if self._waiting and self._waiting[0].stamp_ns + self._latency_ns <= now_ns:
+            return self._waiting.popleft()
+        return None
 
     def measure(self, motions: np.ndarray) -> np.ndarray:
         """Return (n, 6) angular velocity [rad/s] and specific force [m/s^2] of the next n samples.

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import logging
 import math
-from collections import deque
 from pathlib import Path
-from typing import Any, Deque, Dict, Optional, Tuple, Union
+from typing import Any, Dict, Optional, Tuple, Union
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -265,7 +264,6 @@ class Simulator:
         self._imu: Optional[Imu] = None
         if params.imu is not None:
             self._imu = Imu(params.imu, GRAVITY_MPS2, generator(self._seed, 'imu'))
-        self._imu_samples: Deque[ImuSample] = deque()  # whose messages are not due yet
         self._read_wheels()
 
     def reset_world(self) -> None:
@@ -302,13 +300,7 @@ class Simulator:
 
         Call it once in each tick.
         """
-        params = self.params.imu
-        if params is None or self._imu is None:
-            return None
-        if self.time_ns % params.period_ns == 0:
-            self._imu_samples.append(self._imu.sample(self.time_ns, self.physics.base()))
-        is_due = self._imu_samples and self._imu_samples[0].stamp_ns + params.latency_ns <= self.time_ns
-        return self._imu_samples.popleft() if is_due else None
+        return None if self._imu is None else self._imu.step(self.time_ns, self.physics.base)
 
     def _read_wheels(self) -> None:
         rolled = self.physics.wheels()

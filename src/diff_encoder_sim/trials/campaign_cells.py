@@ -54,6 +54,7 @@ class CampaignParams(LockstepOptions):
     )
     trials: Annotated[int, TRIALS] = Field(30, description='trials of each test with each encoder')
     seed: Annotated[int, Between(0, 2**62 - 1)] = Field(0, description='trial k has the seed `seed` + k')
+    imu: Line = Field('', description='IMU to simulate: name of a file in config/imu/, or a .yaml file; `none`: no IMU')
     robot: Line = Field('', description='name of a robot in config/robots/, a robot file, xacro or URDF; empty: alto')
     files: Dict[ConfigFile, Line] = Field(
         {}, description='replacements of files of config/: `amcl: amcl_accurate`, a file there, or another .yaml file'
@@ -150,6 +151,8 @@ class Campaign(NamedTuple):
         params, count, parameters = self.params, len(self.encoders), []
         for _, _, _, varied, robot in self.cells[: len(self.cells) // len(self.tests)]:
             parts = {name: part.model_dump(mode='json') for name, part in robot._asdict().items()}
+            if robot.simulator.imu is None:
+                del parts['simulator']['imu']  # so that older campaigns can be completed
             parameters.append({'varied': dict(varied), **parts})
         # Of real encoders, the parameters by dotted keys that differ from the first encoder, for each combination.
         firsts, changes = [dict(flat(first)) for first in parameters[::count]], []

@@ -14,6 +14,7 @@ from diff_encoder_sim.base.errors import ConfigError, MissingLibrary
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.base.yaml_files import find_yaml, load_yaml
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
+from diff_encoder_sim.localization.imu_params import imu_settings
 from diff_encoder_sim.robots.robot_file import RobotNotFound
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.trials.campaign_cells import Campaign, CampaignCell, CampaignParams, Varied, text_of
@@ -25,6 +26,7 @@ from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, lo
 
 MOST_CELLS, MOST_TRIALS = 10_000, TRIALS.most  # reject a mistyped list before the memory is full
 LONGEST_DRIVE_S = 86_400.0  # a day, as for the time limit of a route; rejects mistyped numbers
+IMU = 'imu'  # key of a campaign, of its variants, and of `vary`
 LONGEST_LABEL = 150  # leaves room for the trial number and the suffix of unfinished files
 
 
@@ -77,12 +79,15 @@ def load_campaign(
             test.check_drivable(params.nav)
     with source('ppr', 'encoders') as folder:
         encoders = _load_encoders(params, folder, config_folder)
+    with source(IMU) as folder:
+        named = [params.imu, *params.vary.get(IMU, ()), *(values.get(IMU, '') for values in params.variants.values())]
+        imus = {str(name): imu_settings(str(name), config_folder, folder) for name in named}
     with source():
         count = len(tests) * len(encoders) * math.prod(map(len, params.varied_values.values()))
         if count > MOST_CELLS or count * params.trials > MOST_TRIALS:
             most = f'at most {MOST_CELLS} cells, {MOST_TRIALS} trials'
             raise ConfigError(f'given {count} cells of {params.trials} trials; allowed: {most}')
-        combinations = _combinations(params, config, robot.settings, encoders)
+        combinations = _combinations(params, config, robot.settings, encoders, imus)
         trial_files = collect(tests, worlds, robot.file.source, needs_maps=params.nav != 'scripted')
         # Parameters that name parts of the robot file are checked by a simulator.
         simulators = [resolved[0].simulator for _, resolved in combinations]
@@ -138,18 +143,24 @@ def _check_unique(key: str, texts: Sequence[str], allowed: str = 'once') -> None
 
 
 def _combinations(
-    params: CampaignParams, config: Mapping[str, Any], of_robot: Mapping[str, Any], encoders: Sequence[ChosenEncoder]
+    params: CampaignParams,
+    config: Mapping[str, Any],
+    of_robot: Mapping[str, Any],
+    encoders: Sequence[ChosenEncoder],
+    imus: Mapping[str, Mapping[str, Any]],
 ) -> List[Tuple[Varied, List[RobotParams]]]:
     """Return each combination of varied parameters, and all parameters with each encoder.
 
-    The campaign's values override the encoder's, these the robot's, and these the files of config/.
+    The campaign's values override the encoder's and those of an IMU of `imus`, by name; these the robot's, and these
+    the files of config/.
     """
-    for key in params.vary:
+    for key in params.vary.keys() - {IMU}:
         check_key(key)
     for name, values in (('', params.overrides), *params.variants.items()):
         where = name and f'variants: {name}: '
         for key in values:
-            check_key(key, where)
+            if not (name and key == IMU):
+                check_key(key, where)
             if key in params.vary:
                 given = f'given under {"variants" if name else "set"} and vary'
                 raise ConfigError(f'{where}{key}: {given}; allowed: one of them')
@@ -158,10 +169,11 @@ def _combinations(
         varied, resolved = tuple(zip(params.varied_values, combination)), []
         values = {**params.overrides, **dict(varied)}
         values.update(params.variants.get(values.pop(VARIANT, ''), {}))
+        imu = imus[str(values.pop(IMU, params.imu))]
         for encoder in encoders:
             # The encoder of the robot file is replaced.
             below = {key: value for key, value in of_robot.items() if key not in RESOLUTION_KEYS}
-            robot = override(config, {**below, **encoder.overrides, **values})
+            robot = override(config, {**below, **encoder.overrides, **imu, **values})
             if robot.encoder.encoder.counts_per_wheel_turn != (encoder.real and encoder.ppr.left):
                 counts = resolution_text(robot.encoder.encoder) or 'no resolution'
                 other = f'{"encoders" if encoder.real else "ppr"}: {encoder.label}'

@@ -63,7 +63,8 @@ class Publications:
         self._base_frame, self._has_odom_tf = params.odometry.base_frame, params.odometry.publish_tf
         self._joints = params.encoder.left_joint, params.encoder.right_joint
         self._laser, self._scan_s = params.simulator.laser_link, 1.0 / params.simulator.lidar.rate
-        self._imu = params.simulator.imu and encoders.ImuEncoder(params.simulator.imu)
+        if params.simulator.imu is not None:
+            self._imu = encoders.ImuEncoder(params.simulator.imu)
 
     def trial(self, trial: Trial) -> None:
         """Publish /trial, first of all."""

@@ -12,7 +12,7 @@ from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.params import Params, did_you_mean, merged, nested, split_params, with_changes
+from diff_encoder_sim.base.params import Params, did_you_mean, field_struct, merged, nested, split_params, with_changes
 from diff_encoder_sim.base.per_wheel import PerWheel, WheelDiameter
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.base.yaml_files import load_yaml
@@ -152,8 +152,8 @@ def check_key(key: str, where: str = '') -> None:
 def _dotted_keys(params_class: Type[Params], prefix: str) -> Iterator[str]:
     """Yield the keys of scalars and diameters; for costmaps only the flat names, without their namespace aliases."""
     for name, field in params_class.model_fields.items():
-        kind = field.annotation
-        if isinstance(kind, type) and issubclass(kind, Params) and not issubclass(kind, WheelDiameter):
+        kind = field_struct(field.annotation)
+        if kind is not None and not issubclass(kind, WheelDiameter):
             yield from _dotted_keys(kind, f'{prefix}{name}.')
         else:
             yield f'{prefix}{name}'
