@@ -1,0 +1,81 @@
+#!/usr/bin/env python3
+"""Whether the covariance of fused wheels and gyroscope is honest (NEES), how good its heading is, and a step's time.
+
+Drives of sampled lengths and speeds, wheel phases, bias and scale error, with slip of 1e-6 m^2/m.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+import os
+import time
+from typing import List, Tuple
+
+import numpy as np
+from bench import in_processes, parser, print_header, print_table
+
+from diff_encoder_sim.localization.fusion import FusionParams, WheelGyroFilter
+from fusion_drives import DRIVES, GYROS, End, end_of, measured
+
+PPRS = (20, 40, 90, 250, 1024, 4096)
+ALLOWED, MOST_WORSE, MOST_US = (0.8, 1.25), 1.1, 30.0
+LEGEND = """
+NEES / 3: 1 is honest; above, the filter is surer than it may be; +-: two standard errors. Heading errors are root mean
+squares at the end [degrees]; ratio: of the fused one to the better of wheels only and gyroscope only."""
+
+
+def main() -> None:
+    made = parser(__doc__, seeds=100, steps=20_000, workers=os.cpu_count())
+    made.add_argument('--drives', nargs='+', default=DRIVES, choices=DRIVES)
+    made.add_argument('--imus', nargs='+', default=['none', *GYROS], choices=['none', *GYROS])
+    made.add_argument('--ppr', nargs='+', type=float, default=PPRS)
+    arguments = made.parse_args()
+    print_header(f'Fusion of wheels and gyroscope, {arguments.seeds} seeds')
+    gyro_us, counts_us = _step_us(arguments.steps)
+    print_table([['rate', gyro_us], ['counts', counts_us], ['allowed', MOST_US]], ['step', 'us'])
+    cells = list(itertools.product(arguments.drives, arguments.imus, arguments.ppr))
+    found = in_processes(functools.partial(_ends, arguments.seeds), cells, arguments.workers)
+    rows = [[*cell[:2], f'{cell[2]:g}', *_row(ends)] for cell, ends in zip(cells, found)]
+    heads = ['drive', 'IMU', 'counts', 'NEES / 3', '+-', 'of yaw', 'fused', 'wheels', 'gyro', 'ratio', 'allowed']
+    print_table(rows, heads, 2)
+    print(LEGEND)
+
+
+def _ends(seeds: int, cell: Tuple[str, str, float]) -> List[End]:
+    drive, imu, ppr = cell
+    return [end_of(drive, ppr, GYROS.get(imu), seed) for seed in range(seeds)]
+
+
+def _row(ends: List[End]) -> List[str]:
+    every = np.array(ends)
+    nees, error = every[:, 0].mean(), 2.0 * every[:, 0].std() / math.sqrt(len(ends))
+    fused, wheels, gyro = np.degrees(np.sqrt(np.mean(every[:, 2:] ** 2, axis=0)))
+    ratio = fused / min(wheels, gyro)
+    allowed = ('' if ALLOWED[0] <= nees <= ALLOWED[1] else 'NEES ') + ('' if ratio <= MOST_WORSE else 'ratio')
+    return [f'{each:.2f}' for each in (nees, error, every[:, 1].mean())] + [
+        *(f'{each:.3f}' for each in (fused, wheels, gyro, ratio)),
+        allowed or 'yes',
+    ]
+
+
+def _step_us(steps: int) -> Tuple[float, float]:
+    """Return the time of a step with a rate, and of one with counts, each through the method."""
+    made = measured('curvy', 1024, GYROS['bno055'], 0)
+    found = WheelGyroFilter(FusionParams(), made.wheels, made.gyro)
+    found.take_counts(0, 0, 0)
+    found.take_gyro(1, 0.0)
+    spent_s = [0.0, 0.0]
+    for step in range(1, steps + 1):
+        begin_s = time.perf_counter()
+        found.take_gyro(10_000_000 * step, 0.1)
+        middle_s = time.perf_counter()
+        found.take_counts(10_000_000 * step, 3 * step, 4 * step)
+        spent_s[0] += middle_s - begin_s
+        spent_s[1] += time.perf_counter() - middle_s
+    return 1e6 * spent_s[0] / steps, 1e6 * spent_s[1] / steps
+
+
+if __name__ == '__main__':
+    main()
