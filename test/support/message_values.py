@@ -10,6 +10,7 @@ from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.drives import message_encoders as encoders
 from diff_encoder_sim.drives.message_encoders import UNKNOWN_VARIANCE, ModelStatesEncoder
 from diff_encoder_sim.drives.typestore import message_store
+from diff_encoder_sim.localization.imu_params import ImuParams, ImuSample
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 from diff_encoder_sim.simulation.state import BodyState, JointStates
@@ -148,6 +149,16 @@ def encoded_and_expected(rng):
     angles = scan.angle_min_rad, scan.bearings_rad()[-1], scan.angle_increment_rad
     fields = header(scan.stamp_ns, 'laser'), *angles, 0.0, 0.1, 0.15, 6.0, scan.ranges_m.astype(np.float32)
     yield encoders.encode_scan(scan, 'laser', 0.1), 'sensor_msgs/LaserScan', *fields, np.zeros(0, np.float32)
+
+    sensors = {'gyroscope': {'noise_density': 0.02, 'resolution': 0.1}, 'accelerometer': {'noise_density': 0.1}}
+    imu = ImuParams.from_mapping({**sensors, 'rate': 50.0, 'frame': 'imu'}, '')
+    measured = ImuSample(now_ns, random_floats(rng, 3), random_floats(rng, 3))
+    vectors = [made('geometry_msgs/Vector3', *each) for each in measured[1:]]
+    variances = 0.02**2 * 50.0 + 0.1**2 / 12.0, 0.1**2 * 50.0
+    covariances = [np.diag([variance] * 3).ravel() for variance in variances]
+    orientation = made('geometry_msgs/Quaternion', 0.0, 0.0, 0.0, 1.0), np.array([-1.0, *[0.0] * 8])
+    fields = header(now_ns, 'imu'), *orientation, vectors[0], covariances[0], vectors[1], covariances[1]
+    yield encoders.ImuEncoder(imu).encode(measured), 'sensor_msgs/Imu', *fields
 
     goal_id = made('actionlib_msgs/GoalID', time(SENT.stamp_ns), '/navigation_trial_node-3-5.610')
     goal = made('move_base_msgs/MoveBaseGoal', made('geometry_msgs/PoseStamped', about, planar(pose)))

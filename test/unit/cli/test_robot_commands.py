@@ -141,6 +141,8 @@ def test_a_users_file_without_costmaps_gets_whole_ones(settings, tmp_path):
         (check, ['nobody'], "given 'nobody', but there is no"),
         (check, [str(KOBUKI), '--robot-arg', 'size'], "--robot-arg: given 'size'; allowed: name:=value"),
         (main, ['alto', 'ppr'], "given 'ppr'; allowed: FILE.KEY:=VALUE"),
+        (main, ['alto', '--imu', 'bno05', '--sim=pybullet'], "imu: given 'bno05'; allowed: bmi088, bno055, mpu6050"),
+        (main, ['alto', '--imu', 'bno055', '--sim=gazebo'], 'imu: given bno055 with sim gazebo; allowed: with py'),
         (main, ['alto', '--robot-args', 'speed'], "robot_args: given 'speed'; allowed: name:=value"),
         (main, ['alto', '--config', '/nowhere.yaml'], '/nowhere.yaml: cannot be read'),
         (main, {'config__wheel_diameter': -1.0}, 'wheel_diameter: given -1.0'),
@@ -175,6 +177,15 @@ def test_a_real_encoder_sets_all_that_the_parameter_server_can_hold(settings):
     assert config['encoder']['bits'] == 12 and config['encoder']['faults']['missed'] == 0.0
     assert config['counter_modulus'] == '4294967296' and config['ppr'] == {'left': 4096.0, 'right': 4096.0}
     assert None not in config['encoder'].values()
+
+
+def test_an_imu_is_chosen_by_name_for_the_simulator_that_is_ours(settings):
+    for name in ('', 'none'):
+        assert settings('alto', f'--imu={name}', '--sim=gazebo') == settings('alto', '--sim=gazebo')
+    imu = settings('alto', '--imu=bno055', '--sim=pybullet')['simulator']['imu']
+    assert (imu['rate'], imu['gyroscope']['noise_density'], imu['frame']) == (100.0, 2.443e-4, 'imu_link')
+    slow = settings('alto', 'simulator.imu.rate:=50.0', '--imu=bno055', '--sim=pybullet')['simulator']['imu']
+    assert slow == {**imu, 'rate': 50.0}
 
 
 def test_the_covariance_is_that_of_simulated_wheels_of_a_real_robots_slip_or_of_the_users_file(settings, tmp_path):

@@ -34,7 +34,7 @@ def fixture_rng(request):
 
 def test_encoded_messages_are_those_of_rosbags(rng):
     cases = list(encoded_and_expected(rng))
-    assert len(cases) == 18
+    assert len(cases) == 19
     for encoded, kind, *fields in cases:
         assert encoded == raw(kind, *fields), kind
 

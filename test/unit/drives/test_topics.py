@@ -25,6 +25,7 @@ MD5SUMS = {
     'nav_msgs/msg/Odometry': 'cd5e73d190d741a2f92e81eda573aca7',
     'geometry_msgs/msg/PoseStamped': 'd3812c3cbc69362b77dc0b19b345f8f5',
     'tf2_msgs/msg/TFMessage': '94810edda583a504dfda3829e70d7eec',
+    'sensor_msgs/msg/Imu': '6a62c6daae103f4ff57a132d6f95cec2',
     'sensor_msgs/msg/LaserScan': '90c7ef2dc6895d81024acba2ac42f369',
     'geometry_msgs/msg/PoseWithCovarianceStamped': '953b798c0f514ff060a53a3498ce6246',
     'nav_msgs/msg/OccupancyGrid': '3381f2d731d4076ec5c71b0759edbe4e',

@@ -257,12 +257,34 @@ def test_a_mistake_on_the_command_line_is_not_blamed_on_the_file(tmp_path, repla
         ({'set': {LINES: 2048}}, f'config.encoder: given {RESOLUTION} and ppr: 40; allowed: one of them'),
         ({'ppr': [40, 90], 'set': {'config.encoder.phase_error': 10.0}}, 'ppr: given 90.0; allowed: multiples of 4'),
         ({'variants': {'a': {'config.rat': 1.0}}}, "variants: a: config.rat: unknown key; did you mean 'config.rate'"),
+        ({'imu': 'bno05'}, "imu: given 'bno05'; allowed: bmi088, bno055, mpu6050, stim300, or a .yaml file"),
+        ({'variants': {'a': {'imu': 5}}}, "imu: given '5'; allowed: bmi088, "),
+        ({'set': {'imu': 'bno055'}}, 'imu: unknown key'),
+        ({'imu': 'bno055', 'set': {'simulator.imu.rate': 33.0}}, 'simulator: imu: given .*; allowed: a rate whose'),
         ({'variants': {'a': {MISSED: 0.1}}, 'vary': {MISSED: [0.1]}}, 'given under variants and vary; allowed: one'),
     ],
 )
 def test_a_mistake_in_the_file_is_named(tmp_path, changes, expected):
     text = complaint(tmp_path, **changes)
     assert text.startswith(str(tmp_path / 'small.yaml')) and re.search(expected, text), text
+
+
+def test_an_imu_is_one_of_all_cells_or_of_some(tmp_path):
+    def noises(**changes):
+        campaign = small_campaign(tmp_path, tests=['SL'], ppr=[40], **changes)
+        imus = [cell.robot_params.simulator.imu for cell in campaign.cells]
+        return {cell.label: imu and imu.gyroscope.noise_density for cell, imu in zip(campaign.cells, imus)}
+
+    bno055, stim300 = 2.443e-4, 4.363e-5
+    assert noises() == noises(imu='none') == {'SL_40': None}
+    assert noises(imu='bno055') == {'SL_40': bno055}
+    assert noises(vary={'imu': ['none', 'bno055']}) == {'SL_40_imunone': None, 'SL_40_imubno055': bno055}
+    assert noises(imu='stim300', variants={'a': {}, 'b': {'imu': 'bno055'}}) == {'SL_40_a': stim300, 'SL_40_b': bno055}
+    quiet = {'simulator.imu.gyroscope.noise_density': 1e-6}
+    assert noises(imu='bno055', set=quiet) == noises(set=quiet) == {'SL_40': 1e-6}
+    write(tmp_path / 'mine.yaml', yaml.safe_load((ROOT / 'config' / 'imu' / 'bno055.yaml').read_text()))
+    assert noises(imu='mine.yaml') == {'SL_40': bno055}
+    assert 'imu' not in small_campaign(tmp_path).resolved()['parameters'][0]['simulator']
 
 
 # ---- the fingerprint, and the checks before trials
@@ -277,7 +299,14 @@ def test_any_change_changes_the_fingerprint_and_names_and_order_do_not(tmp_path)
 
     one, edges = {'amcl.kld_err': 0.03, RATE: 10.0}, {**AMT102['encoder'], 'edge_error': 0.01}
     changes = [{}, {'trials': 3}, {'seed': 1}, {'ppr': [40, 91]}, {'tests': ['SL']}, {'tests': ['SMT', 'SL']}]
-    changes += [{'nav': 'scripted'}, {'record': 'full'}, {'bag_format': 'mcap'}, {'set': one}, {'vary': VARY}]
+    changes += [
+        {'nav': 'scripted'},
+        {'record': 'full'},
+        {'bag_format': 'mcap'},
+        {'imu': 'bno055'},
+        {'set': one},
+        {'vary': VARY},
+    ]
     changes += [{'vary': {**VARY, MODULUS: [0, 256]}}, {'set': {**one, RATE: 11.0}}, {'encoder': {}}]
     changes += [{'encoder': {'encoder': edges}}, {'encoder': {'config': {'rate': 50.0}}}]
     prints = [fingerprint(**each) for each in changes]

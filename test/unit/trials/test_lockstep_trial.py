@@ -6,10 +6,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.drives.topics import SIMULATOR_NODE
 from diff_encoder_sim.drives.trial_definition import Outcome
+from diff_encoder_sim.drives.typestore import message_store
+from diff_encoder_sim.localization.imu_params import load_imu
 from diff_encoder_sim.localization.map_files import load_map, save_map
 from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, GoalStatus
 from diff_encoder_sim.simulation.rasterise import rasterise
@@ -17,7 +22,19 @@ from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.simulation.world import load_world
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import LatencyParams
-from lockstep_trials import ALTO, BEND, HALL, blind, distance_and_turn, ended, goal_of, lockstep, params_of, plan_of
+from lockstep_trials import (
+    ALTO,
+    BEND,
+    HALL,
+    blind,
+    distance_and_turn,
+    ended,
+    goal_of,
+    lockstep,
+    params_of,
+    plan_of,
+    run_trial,
+)
 from places import ROOT
 
 SCAN_HEIGHT_M = 0.3
@@ -158,6 +175,43 @@ def test_a_scripted_drive_needs_no_localization_and_its_commands_do_not_depend_o
     assert ends[0] == ends[1] == ends[2]
 
 
+OF_IMU = ('/imu/data', SIMULATOR_NODE), ('/tf_static', SIMULATOR_NODE)
+
+
+@pytest.mark.parametrize('nav', ['embedded', 'scripted'])
+def test_an_imu_is_recorded_after_its_latency_and_changes_no_other_message(nav, tmp_path):
+    changes = {'drive': [{'straight': 0.5}]} if nav == 'scripted' else {}
+    params, imu = params_of(), load_imu('mpu6050', ROOT / 'config', ROOT).imu
+    simulated = params._replace(simulator=params.simulator.model_copy(update={'imu': imu}))
+    for name, each in {'without': params, 'with': simulated}.items():
+        run_trial(plan_of(HALL, 90, 3, nav=nav, bag=tmp_path / f'{name}.bag', **changes), ALTO, each, 'full')
+    before, after = (messages_by_node(tmp_path / f'{name}.bag') for name in ('without', 'with'))
+    (measured, static) = (after.pop(key) for key in OF_IMU)
+    assert after == before
+    [(_, message)] = static
+    [transform] = message.transforms
+    assert (transform.header.frame_id, transform.child_frame_id) == ('base_link', 'imu_link')
+    stamps_ns = [message.header.stamp.sec * 10**9 + message.header.stamp.nanosec for _, message in measured]
+    assert stamps_ns == [*range(0, len(measured) * 10 * MS, 10 * MS)]
+    assert {time_ns - stamp_ns for (time_ns, _), stamp_ns in zip(measured, stamps_ns)} == {10 * MS}  # of 4.9 ms
+    first = measured[0][1]
+    assert first.header.frame_id == 'imu_link' and first.orientation_covariance[0] == -1.0
+    assert first.linear_acceleration.z == pytest.approx(9.81, abs=1.0)
+    variance = imu.gyroscope.noise_variance(100.0)
+    assert first.angular_velocity_covariance.tolist() == np.diag([variance] * 3).ravel().tolist()
+
+
+def messages_by_node(path):
+    """{(topic, node): (time [ns], bytes) of each message; of those of the IMU, the message}."""
+    found = {}
+    with AnyReader([path], default_typestore=message_store(Stores.ROS1_NOETIC)) as reader:
+        for connection, time_ns, raw in reader.messages():
+            key = connection.topic, connection.ext.callerid
+            message = reader.deserialize(raw, connection.msgtype) if key in OF_IMU else bytes(raw)
+            found.setdefault(key, []).append((time_ns, message))
+    return found
+
+
 class Bag:
     """Keeps (topic, node, content, time [ns])."""
 
@@ -189,7 +243,8 @@ def test_commands_have_the_node_that_sent_them_and_results_the_newest_goal():
 def test_the_wheels_are_published_at_50_hz_from_20_ms_on_and_the_fixed_frames_once():
     bag, names = Bag(), ('left_wheel_joint', 'right_wheel_joint')
     recorded, plan = Publications(bag, params_of(), 'embedded'), plan_of(HALL)
-    recorded.begin(plan.trial, SimpleNamespace(joint_states=lambda: SimpleNamespace(names=names)), ALTO)
+    simulator = SimpleNamespace(imu_frames=None, joint_states=lambda: SimpleNamespace(names=names))
+    recorded.begin(plan.trial, simulator, ALTO)
     for now_ns in range(0, 110 * MS, 10 * MS):
         recorded.joint_states(JointStates(now_ns, names, (0.1, 0.2), (0.0, 0.0)))
     fixed, *wheels = [each for each in bag.written if each[0].startswith('/tf')]
