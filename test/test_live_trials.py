@@ -6,6 +6,7 @@ import pytest
 import yaml
 
 from diff_encoder_sim.drives.topics import DIAGNOSTICS
+from diff_encoder_sim.localization.imu_params import imu_settings
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.link_frames import LinkFrames, display_urdf
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
@@ -32,7 +33,7 @@ REAL_ENCODER = {
 REAL_ENCODER['encoder']['faults'] = {'missed': 0.01, 'missed_burst': 3.0, 'extra': 0.002, 'restart_at': 4.0}
 
 
-def drive_both_ways(folder, config):
+def drive_both_ways(folder, config, imu='none'):
     """Drives the tour live and in lockstep with these values of config.yaml; returns the bags (live, lockstep)."""
     require_ros()
     path, live, lockstep = (folder / name for name in ('config.yaml', 'live.bag', 'lockstep.bag'))
@@ -40,12 +41,13 @@ def drive_both_ways(folder, config):
     with Graph(folder) as graph:
         files = f'test:={TOUR}', f'config:={path}', f'bag:={live}'
         trial = ROOT / 'launch' / 'trial.launch'
-        launch = graph.launch(trial, *files, 'nav:=scripted', 'rtf:=0', f'trial:={NUMBER}')
+        launch = graph.launch(trial, *files, 'nav:=scripted', 'rtf:=0', f'trial:={NUMBER}', f'imu:={imu}')
         assert launch.wait() == 0, launch.output()
         assert graph.is_gone(), 'it left processes behind'
         # Each wait that ended without its message would be warned of.
         assert [line for line in complaints(launch.output()) if 'counter restart' not in line] == []
-    params = override(load_robot_config(ROOT / 'config', {'config': path}), {})
+    simulated = imu_settings(imu, ROOT / 'config', ROOT)
+    params = override(load_robot_config(ROOT / 'config', {'config': path}), simulated)
     ppr = params.encoder.counts_per_turn
     run_trial(plan_of(TOUR, ppr, NUMBER, nav='scripted', bag=lockstep), ALTO, params, 'full')
     return live, lockstep
@@ -80,9 +82,12 @@ def test_every_message_is_the_same_byte_for_byte(bags):
     assert kinds[0] == kinds[1]
 
 
-def test_an_encoder_with_errors_reports_the_same_live(tmp_path):
-    bags = [messages_of(path) for path in drive_both_ways(tmp_path, REAL_ENCODER)]
-    assert_same_messages(bags, [*STAMPED, '/encoder_velocity'])
+def test_an_encoder_and_an_imu_with_errors_report_the_same_live(tmp_path):
+    bags = [messages_of(path) for path in drive_both_ways(tmp_path, REAL_ENCODER, 'mpu6050')]
+    assert_same_messages(bags, [*STAMPED, '/encoder_velocity', '/imu/data'])
+    for messages in bags:
+        frames = [each.child_frame_id for _, content, _ in messages['/tf_static'] for each in transforms_of(content)]
+        assert frames.count('imu_link') == 1
     assert len(bags[0]['/odom']) > 300
 
 

@@ -30,7 +30,7 @@ from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_
 from diff_encoder_sim.base.xml_values import rpy_from_rotation
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot
 from diff_encoder_sim.robots.solids import Box, Cylinder, Shape, Sphere, reach_m
-from diff_encoder_sim.simulation.state import AT_REST, TICK_S, BodyState, PlanarVelocity
+from diff_encoder_sim.simulation.state import AT_REST, TICK_S, BodyState, PlanarVelocity, RigidMotion
 from diff_encoder_sim.simulation.world import Plane, Solid, World
 
 GRAVITY_MPS2 = 9.81
@@ -154,7 +154,7 @@ class BulletPhysics:
             self._set_motors(0.0, 0.0)
             dynamics = bullet.getDynamicsInfo(self._robot, ROOT_LINK)
             # base_link's pose in the frame of the root's centre of mass.
-            self._base_in_inertial: PoseXyzQuat = pybullet.invertTransform(dynamics[3], dynamics[4])
+            self.base_in_inertial: PoseXyzQuat = pybullet.invertTransform(dynamics[3], dynamics[4])
             self._settle(start_pose, robot.description.floor_z_m)
         except BaseException:
             self.close()
@@ -201,7 +201,7 @@ class BulletPhysics:
     def base(self) -> BodyState:
         """Return the true state of base_link in the world."""
         mass_m, mass_quat = self._bullet.getBasePositionAndOrientation(self._robot)  # of the root's centre of mass
-        base_m, base_quat = pybullet.multiplyTransforms(mass_m, mass_quat, *self._base_in_inertial)
+        base_m, base_quat = pybullet.multiplyTransforms(mass_m, mass_quat, *self.base_in_inertial)
         linear, angular = self._bullet.getBaseVelocity(self._robot)
         # The velocity of another point of a rigid body: v + w x r.
         x_m, y_m, z_m = (base - mass for base, mass in zip(base_m, mass_m))
@@ -213,10 +213,16 @@ class BulletPhysics:
         )
         return BodyState(base_m, base_quat, velocity_mps, angular)
 
+    def inertial_motion(self) -> RigidMotion:
+        """Return the true motion of the root's centre of mass, in whose frame base_link is `base_in_inertial`."""
+        _, quat = self._bullet.getBasePositionAndOrientation(self._robot)
+        linear, angular = self._bullet.getBaseVelocity(self._robot)
+        return RigidMotion(*quat, *linear, *angular)
+
     def base_pose(self) -> PoseXyzQuat:
         """Return the true position [m] and orientation of base_link in the world."""
         inertial = self._bullet.getBasePositionAndOrientation(self._robot)
-        pose: PoseXyzQuat = pybullet.multiplyTransforms(*inertial, *self._base_in_inertial)
+        pose: PoseXyzQuat = pybullet.multiplyTransforms(*inertial, *self.base_in_inertial)
         return pose
 
     def base_pose_in_plane(self) -> Pose2D:
@@ -302,7 +308,7 @@ class BulletPhysics:
 
     def _place_base(self, position_xyz_m: PositionXyz, quat_xyzw: QuatXyzw, velocity: PlanarVelocity = AT_REST) -> None:
         inertial = pybullet.multiplyTransforms(
-            position_xyz_m, quat_xyzw, *pybullet.invertTransform(*self._base_in_inertial)
+            position_xyz_m, quat_xyzw, *pybullet.invertTransform(*self.base_in_inertial)
         )
         self._bullet.resetBasePositionAndOrientation(self._robot, *inertial)
         lever_x_m, lever_y_m, _ = np.subtract(inertial[0], position_xyz_m).tolist()

@@ -263,7 +263,8 @@ class Simulator:
         self._wheels = SlippingWheels(params.wheel_errors, radii_m, rng)
         self._imu: Optional[Imu] = None
         if params.imu is not None:
-            self._imu = Imu(params.imu, GRAVITY_MPS2, generator(self._seed, 'imu'))
+            pose_in_body, rng = self.physics.base_in_inertial, generator(self._seed, 'imu')
+            self._imu = Imu(params.imu, GRAVITY_MPS2, rng, pose_in_body)
         self._read_wheels()
 
     def reset_world(self) -> None:
@@ -300,7 +301,7 @@ class Simulator:
 
         Call it once in each tick.
         """
-        return None if self._imu is None else self._imu.step(self.time_ns, self.physics.base)
+        return None if self._imu is None else self._imu.step(self.time_ns, self.physics.inertial_motion)
 
     def _read_wheels(self) -> None:
         rolled = self.physics.wheels()

@@ -99,6 +99,7 @@ class LockstepTrial:
                 self._boundaries = None if self._chain.encoders.needs_every_angle else BoundarySampler(encoder.rate)
                 self._separation_m = params.odometry.wheel_separation
                 self._odometry_latency_ns = latency_ns(params.latency.odometry)
+            self._has_imu = self._publications.takes_imu
             has_scans = trial.nav != 'scripted' or self._publications.takes_scans  # not used by scripts
             self._scan_period_ns = params.simulator.lidar.period_ns if has_scans else 0
         except BaseException:  # the caller has no object yet to close the physics
@@ -141,7 +142,7 @@ class LockstepTrial:
         now_ns = simulator.time_ns
         if self._is_recorded:
             self._publications.joint_states(simulator.joint_states())
-        imu = simulator.imu()
+        imu = simulator.imu() if self._has_imu else None
         if imu is not None:
             self._publications.imu(now_ns, imu)
         if self._chain is None:

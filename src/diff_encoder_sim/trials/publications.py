@@ -104,6 +104,11 @@ class Publications:
             self._frames_ns = now_ns
             self._bag.publish(topics.TF, node, now_ns, _encode_turned, self._frames, joints)
 
+    @property
+    def takes_imu(self) -> bool:
+        """Return whether `imu` has an effect; otherwise samples may be skipped."""
+        return self._imu is not None and self._bag.wants(topics.IMU)
+
     def imu(self, now_ns: int, sample: ImuSample) -> None:
         """Publish /imu/data."""
         if self._imu is not None:

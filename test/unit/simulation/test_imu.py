@@ -102,6 +102,18 @@ def test_a_leaning_imu_at_rest_measures_gravity_along_its_axes():
     assert imu_of().measure(np.array([lean]))[0, 3:] == pytest.approx(expected)
 
 
+def test_a_mounted_imu_measures_along_its_axes_and_at_its_place():
+    """Turned by 90 degrees to the left, 0.2 m ahead of the axis about which the body turns."""
+    pose = (0.2, 0.0, 0.0), quat_xyzw_from_yaw(0.5 * math.pi)
+    imu = Imu(ImuParams(), GRAVITY_MPS2, np.random.default_rng(1), pose)
+    yaws_rad = (2.0 * 0.01 * np.arange(100)).tolist()
+    motions = [(*quat_xyzw_from_yaw(yaw), 0.0, 0.0, 0.0, 0.0, 0.0, 2.0) for yaw in yaws_rad]
+    centripetal_mps2 = 2.0**2 * 0.2  # backward, which is along its y axis
+    assert imu.measure(np.array(motions))[1:] == pytest.approx(
+        np.tile([0.0, 0.0, 2.0, 0.0, centripetal_mps2, GRAVITY_MPS2], (99, 1)), abs=1e-9
+    )
+
+
 # ---- in the simulator
 
 
