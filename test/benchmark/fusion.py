@@ -17,7 +17,7 @@ import numpy as np
 from bench import in_processes, parser, print_header, print_table
 
 from diff_encoder_sim.localization.fusion import FusionParams, WheelGyroFilter
-from fusion_drives import DRIVES, GYROS, End, end_of, measured
+from fusion_drives import DRIVES, IMUS, End, end_of, measured
 
 PPRS = (20, 40, 90, 250, 1024, 4096)
 ALLOWED, MOST_WORSE, MOST_US = (0.8, 1.25), 1.1, 30.0
@@ -29,7 +29,7 @@ squares at the end [degrees]; ratio: of the fused one to the better of wheels on
 def main() -> None:
     made = parser(__doc__, seeds=100, steps=20_000, workers=os.cpu_count())
     made.add_argument('--drives', nargs='+', default=DRIVES, choices=DRIVES)
-    made.add_argument('--imus', nargs='+', default=['none', *GYROS], choices=['none', *GYROS])
+    made.add_argument('--imus', nargs='+', default=['none', *IMUS], choices=['none', *IMUS])
     made.add_argument('--ppr', nargs='+', type=float, default=PPRS)
     arguments = made.parse_args()
     print_header(f'Fusion of wheels and gyroscope, {arguments.seeds} seeds')
@@ -45,7 +45,7 @@ def main() -> None:
 
 def _ends(seeds: int, cell: Tuple[str, str, float]) -> List[End]:
     drive, imu, ppr = cell
-    return [end_of(drive, ppr, GYROS.get(imu), seed) for seed in range(seeds)]
+    return [end_of(drive, ppr, IMUS.get(imu), seed) for seed in range(seeds)]
 
 
 def _row(ends: List[End]) -> List[str]:
@@ -62,8 +62,8 @@ def _row(ends: List[End]) -> List[str]:
 
 def _step_us(steps: int) -> Tuple[float, float]:
     """Return the time of a step with a rate, and of one with counts, each through the method."""
-    made = measured('curvy', 1024, GYROS['bno055'], 0)
-    found = WheelGyroFilter(FusionParams(), made.wheels, made.gyro)
+    made = measured('curvy', 1024, IMUS['bno055'], 0)
+    found = WheelGyroFilter(FusionParams(), made.wheels, made.imu)
     found.take_counts(0, 0, 0)
     found.take_gyro(1, 0.0)
     spent_s = [0.0, 0.0]

@@ -6,7 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from diff_encoder_sim.base.se2 import wrap_angles
-from diff_encoder_sim.localization.fusion import FusionParams, GyroErrors, WheelErrors, WheelGyroFilter
+from diff_encoder_sim.localization.fusion import FusionParams, WheelErrors, WheelGyroFilter
+from diff_encoder_sim.localization.imu_params import ImuParams, load_imu
+from places import ROOT
 
 TICK_NS, TICK_S, TICKS_PER_REPORT, REST_S = 10_000_000, 0.01, 5, 2.0
 DIAMETER_M, SEPARATION_M = 0.2, 0.4
@@ -14,29 +16,7 @@ DEG = math.pi / 180.0
 ACCELERATION_MPS2, TURN_ACCELERATION_RADPS2 = 1.5, 6.0
 
 
-class Gyro(NamedTuple):
-    """Errors as in datasheets, of one axis."""
-
-    noise_density: float  # [rad/s/sqrt(Hz)]
-    bias_std: float  # at power-on [rad/s]
-    bias_instability: float  # standard deviation of a Gauss-Markov process [rad/s]
-    bias_time: float  # its correlation time [s]
-    scale_std: float
-    resolution: float  # [rad/s]
-
-    def errors(self):
-        """As the filter takes them."""
-        rate_variance = self.noise_density**2 / TICK_S + self.resolution**2 / 12.0
-        bias_walk = self.bias_instability * math.sqrt(2.0 / self.bias_time)
-        return GyroErrors(math.sqrt(rate_variance), self.bias_std, bias_walk, self.scale_std)
-
-
-GYROS = {
-    'mpu6050': Gyro(0.005 * DEG, 20.0 / 3.0 * DEG, 0.003 * DEG, 100.0, 0.015, 1.0 / 131.0 * DEG),
-    'bno055': Gyro(0.014 * DEG, 1.0 * DEG, 0.003 * DEG, 100.0, 0.01, 1.0 / 16.0 * DEG),
-    'bmi088': Gyro(0.014 * DEG, 1.0 * DEG, 2.0 / 3600.0 * DEG, 100.0, 0.01, 1.0 / 262.0 * DEG),
-    'tactical': Gyro(0.15 / 60.0 * DEG, 250.0 / 3600.0 * DEG, 0.3 / 3600.0 * DEG, 100.0, 0.0005, 1e-5 * DEG),
-}
+IMUS = {name: load_imu(name, ROOT / 'config', ROOT).imu for name in ('mpu6050', 'bno055', 'bmi088', 'stim300')}
 
 
 def _segments(name, rng):
@@ -79,12 +59,12 @@ class Measured(NamedTuple):
     counts: np.ndarray
     poses: np.ndarray  # (m, 3) true at the reports, yaw not wrapped
     wheels: WheelErrors
-    gyro: GyroErrors
+    imu: ImuParams
 
     def estimates(self, with_gyro=True, params=FusionParams()):
         """Those of the filter."""
         rates = (self.stamps_ns, self.rates_radps) if with_gyro else (self.stamps_ns[:0], self.rates_radps[:0])
-        return WheelGyroFilter(params, self.wheels, self.gyro).run(*rates, self.report_stamps_ns, self.counts)
+        return WheelGyroFilter(params, self.wheels, self.imu).run(*rates, self.report_stamps_ns, self.counts)
 
     def wheel_yaw_error_rad(self):
         """At the end, by the counts only."""
@@ -97,7 +77,7 @@ class Measured(NamedTuple):
         return TICK_S * (self.rates_radps - bias_radps).sum() - self.poses[-1, 2]
 
 
-def measured(drive, ppr, gyro, seed, slip=1e-6, turn_std=0.0, separation_error=None):
+def measured(drive, ppr, imu, seed, slip=1e-6, turn_std=0.0):
     """Measure a drive of sampled lengths and speeds with sampled phases, bias and scale error."""
     rng = np.random.default_rng([seed, 33])
     segments = [(0.0, 0.0, REST_S), *_segments(drive, rng), (0.0, 0.0, 1.0)]
@@ -109,8 +89,7 @@ def measured(drive, ppr, gyro, seed, slip=1e-6, turn_std=0.0, separation_error=N
     yaws = np.cumsum(steps_rad)
     middles = yaws - 0.5 * steps_rad
     poses = np.column_stack([np.cumsum(steps_m * np.cos(middles)), np.cumsum(steps_m * np.sin(middles)), yaws])
-    off = rng.normal(0.0, turn_std) if separation_error is None else separation_error
-    half_m = 0.5 * SEPARATION_M * (1.0 + off)
+    half_m = 0.5 * SEPARATION_M * rng.normal(1.0, turn_std)
     rims_m = np.column_stack([steps_m - half_m * steps_rad, steps_m + half_m * steps_rad])
     rims_m += rng.standard_normal(rims_m.shape) * np.sqrt(slip * np.abs(rims_m))
     m_per_count = math.pi * DIAMETER_M / ppr
@@ -118,18 +97,20 @@ def measured(drive, ppr, gyro, seed, slip=1e-6, turn_std=0.0, separation_error=N
     stamps_ns = TICK_NS * np.arange(1, len(rates) + 1)
     report_rows = slice(TICKS_PER_REPORT - 1, None, TICKS_PER_REPORT)
     wheels = WheelErrors((m_per_count, m_per_count), SEPARATION_M, slip, 0.0, turn_std)
-    measured_rates, errors = np.zeros(len(rates)), GyroErrors(0.0, 0.0)
-    if gyro is not None:
-        errors, kept = gyro.errors(), math.exp(-TICK_S / gyro.bias_time)
-        drift = (gyro.bias_instability * rng.standard_normal(len(rates))).tolist()
+    measured_rates = np.zeros(len(rates))
+    if imu is not None:
+        sensor = imu.gyroscope
+        kept = math.exp(-TICK_S / sensor.bias_time)
+        drift = (sensor.bias_drift * rng.standard_normal(len(rates))).tolist()
         for row in range(1, len(rates)):
             drift[row] = kept * drift[row - 1] + math.sqrt(1.0 - kept**2) * drift[row]
-        white = gyro.noise_density / math.sqrt(TICK_S) * rng.standard_normal(len(rates))
-        scale, bias = rng.normal(1.0, gyro.scale_std), rng.normal(0.0, gyro.bias_std)
-        measured_rates = gyro.resolution * np.round((scale * rates + bias + np.array(drift) + white) / gyro.resolution)
-    return Measured(
-        stamps_ns, measured_rates, stamps_ns[report_rows], counts[report_rows], poses[report_rows], wheels, errors
-    )
+        white = sensor.noise_density / math.sqrt(TICK_S) * rng.standard_normal(len(rates))
+        scale, bias = rng.normal(1.0, sensor.scale_error), rng.normal(0.0, sensor.bias)
+        measured_rates = scale * rates + bias + np.array(drift) + white
+        if sensor.resolution:
+            measured_rates = sensor.resolution * np.round(measured_rates / sensor.resolution)
+    reports = stamps_ns[report_rows], counts[report_rows], poses[report_rows]
+    return Measured(stamps_ns, measured_rates, *reports, wheels, imu or ImuParams())
 
 
 class End(NamedTuple):
@@ -142,12 +123,12 @@ class End(NamedTuple):
     gyro_rad: float
 
 
-def end_of(drive, ppr, gyro, seed, params=FusionParams(), **errors):
+def end_of(drive, ppr, imu, seed, params=FusionParams(), **errors):
     """Fuse a drive."""
-    made = measured(drive, ppr, gyro, seed, **errors)
-    fused = made.estimates(gyro is not None, params)
+    made = measured(drive, ppr, imu, seed, **errors)
+    fused = made.estimates(imu is not None, params)
     error, covariance = fused.pose[-1] - made.poses[-1], fused.pose_covariance[-1]
     error[2] = wrap_angles(error[2])
     nees = float(error @ np.linalg.solve(covariance, error)) / 3.0
-    gyro_rad = math.inf if gyro is None else made.gyro_yaw_error_rad()
+    gyro_rad = math.inf if imu is None else made.gyro_yaw_error_rad()
     return End(nees, error[2] ** 2 / covariance[2, 2], error[2], made.wheel_yaw_error_rad(), gyro_rad)

@@ -25,6 +25,7 @@ from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.params import Params, not_allowed, param
 from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
+from diff_encoder_sim.localization.imu_params import ImuParams, InertialSensorParams
 
 log = logging.getLogger(__name__)
 
@@ -42,7 +43,7 @@ START_SPEED_STD = 1.0  # [m/s] and [rad/s]: the robot may be in motion at the fi
 READING_VARIANCE = 1e-4  # of counts [counts^2]: small, but the filter must stay regular
 REST_OMEGA_STD, REST_YAW_STD = 1e-4, 1e-6  # [rad/s], [rad]
 TURNING_STD = 5.0  # a rate this far from the mean since the stop, in standard deviations, means rotation
-SAMPLES_OF_MEAN = 10  # a mean of fewer rates is not used
+RATES_OF_MEAN = 10  # a mean of fewer rates is not used
 HARMONICS = 4  # of the sawtooth
 
 
@@ -72,27 +73,15 @@ class FusionParams(Params):
 
 
 class WheelErrors(NamedTuple):
-    """Assumed geometry of the wheels, and its errors."""
+    """Assumed geometry of the wheels, and its errors; those of distances and turns are relative."""
 
     m_per_count: Tuple[float, float]  # of the left and the right rim
     separation_m: float
     travel_variance: float = 0.0  # of a wheel's travel per metre of it [m^2/m]
-    distance_std: float = 0.0  # of a distance's relative error
-    turn_std: float = 0.0  # of a turn's relative error
+    distance_std: float = 0.0
+    turn_std: float = 0.0
     diameter_difference_std: float = 0.0  # right minus left, relative to their mean
     axle_x_m: float = 0.0  # place of the axle ahead of base_link
-
-
-class GyroErrors(NamedTuple):
-    """Standard deviations of the errors of a gyroscope about the vertical axis."""
-
-    rate_std_radps: float  # of one sample: noise density x sqrt(rate), and rounding
-    bias_std_radps: float  # of the bias at power-on
-    bias_walk: float = 0.0  # of its change in a second [rad/s/sqrt(s)]
-    scale_std: float = 0.0  # relative
-
-
-NO_GYRO = GyroErrors(0.0, 0.0)
 
 
 FILTER = np.dtype(
@@ -134,12 +123,14 @@ class WheelGyroFilter:
     `wheel_timeout`, and then reports no motion until the next counts, which move it by the missed travel.
     """
 
-    def __init__(self, params: FusionParams, wheels: WheelErrors, gyro: GyroErrors = NO_GYRO) -> None:
-        self.params, self._wheels, self._gyro = params, wheels, gyro
+    def __init__(self, params: FusionParams, wheels: WheelErrors, imu: ImuParams) -> None:
+        """Use the parameters of the gyroscope of `imu`; without an IMU, give its default, and no rates."""
+        self.params, self._wheels, self._gyroscope = params, wheels, imu.gyroscope
         model = {
             **wheels._asdict(),
-            **gyro._asdict(),
             'speed_noise': (params.linear_process_noise, params.angular_process_noise),
+            'rate_variance': imu.gyroscope.noise_variance(imu.rate),
+            'bias_noise': 2.0 * imu.gyroscope.bias_drift**2 / imu.gyroscope.bias_time,
             'standing_reports': params.standing_reports,
             'wheel_timeout_ns': round(params.wheel_timeout * NANOSECONDS_PER_SECOND),
             'gyro_timeout_ns': round(params.gyro_timeout * NANOSECONDS_PER_SECOND),
@@ -151,7 +142,7 @@ class WheelGyroFilter:
     def reset(self) -> None:
         """Return to pose zero; the next report of counts is the start."""
         self._timelines = {name: Timeline(LATE_TOLERANCE_NS) for name in ('counts', 'angular velocity')}
-        self._filter = _new_filter(self._wheels, self._gyro)
+        self._filter = _new_filter(self._wheels, self._gyroscope)
 
     def take_gyro(self, stamp_ns: int, yaw_rate_radps: float) -> None:
         """Process a rate about the vertical axis; before the first counts it is ignored.
@@ -197,12 +188,12 @@ class WheelGyroFilter:
         """
         reports = len(report_stamps_ns)
         means, covs = np.zeros((reports, ESTIMATED)), np.zeros((reports, ESTIMATED, ESTIMATED))
-        filter_ = _new_filter(self._wheels, self._gyro)
+        filter_ = _new_filter(self._wheels, self._gyroscope)
         _run(filter_, self._model, stamps_ns, yaw_rates_radps, report_stamps_ns, counts, means, covs)
         return _estimate_of(report_stamps_ns, means, covs)
 
 
-def _new_filter(wheels: WheelErrors, gyro: GyroErrors) -> Any:
+def _new_filter(wheels: WheelErrors, gyroscope: InertialSensorParams) -> Any:
     """Return a FILTER before the first counts: each remainder is uniform in a count."""
     filters = np.zeros(1, FILTER)
     filters['counts_ns'] = filters['rate_ns'] = -1
@@ -213,7 +204,8 @@ def _new_filter(wheels: WheelErrors, gyro: GyroErrors) -> Any:
         cov[np.ix_(both, both)] = m_per_count**2 / 12.0
     uncertain = [V, OMEGA, TURN, DIFFERENCE, DISTANCE, BIAS, SCALE]
     geometry_stds = wheels.turn_std, wheels.diameter_difference_std, wheels.distance_std
-    stds = [START_SPEED_STD, START_SPEED_STD, *geometry_stds, gyro.bias_std_radps, gyro.scale_std]
+    bias_std_radps = math.hypot(gyroscope.bias, gyroscope.bias_drift)
+    stds = [START_SPEED_STD, START_SPEED_STD, *geometry_stds, bias_std_radps, gyroscope.scale_error]
     cov[uncertain, uncertain] = np.square(stds)
     return filters[0]
 
@@ -267,40 +259,34 @@ def _move(filter_: Any, model: Any, interval_s: float) -> None:
     for wheel in range(2):
         rim_m = (v + (2.0 * wheel - 1.0) * half_m * omega) * interval_s
         cov[TRAVEL + wheel, TRAVEL + wheel] += model.travel_variance * abs(rim_m)
-    cov[BIAS, BIAS] += model.bias_walk**2 * interval_s
+    cov[BIAS, BIAS] += model.bias_noise * interval_s
 
 
 @compiled
 def _correct(filter_: Any, slopes: Array, error: float, variance: float) -> None:
-    """Correct by one measurement: its error, and its derivatives (STATES,)."""
-    mean, cov, gains = filter_.mean, filter_.cov, np.zeros(STATES)
+    """Correct by one measurement: its derivatives by the states (STATES,), its error, and the variance of its noise."""
+    cov, gains = filter_.cov, np.zeros(STATES)
     for state in range(STATES):
-        if slopes[state] != 0.0:
-            for other in range(STATES):
-                gains[other] += cov[other, state] * slopes[state]
-    for state in range(STATES):
+        for other in range(STATES):
+            gains[state] += cov[state, other] * slopes[other]
         variance += slopes[state] * gains[state]
-    if variance <= 0.0:  # known exactly: an ideal sensor
+    if variance <= 0.0:  # known exactly, of an ideal sensor
         return
-    for row in range(STATES):
-        mean[row] += gains[row] * error / variance
-        for column in range(STATES):
-            cov[row, column] -= gains[row] * gains[column] / variance
+    for state in range(STATES):
+        filter_.mean[state] += gains[state] * error / variance
+        for other in range(STATES):
+            cov[state, other] -= gains[state] * gains[other] / variance
 
 
 @compiled
-def _set_zero(filter_: Any, state: int, reference: int, variance: float) -> None:
-    """Correct by the knowledge that a state equals another, or is 0 if `reference` is negative."""
-    slopes, error = np.zeros(STATES), -filter_.mean[state]
+def _set_zero(filter_: Any, state: int, variance: float) -> None:
+    slopes = np.zeros(STATES)
     slopes[state] = 1.0
-    if reference >= 0:
-        slopes[reference] = -1.0
-        error += filter_.mean[reference]
-    _correct(filter_, slopes, error, variance)
+    _correct(filter_, slopes, -filter_.mean[state], variance)
 
 
 @compiled
-def _advance(filter_: Any, model: Any, stamp_ns: int) -> bool:
+def _advance(filter_: Any, model: Any, stamp_ns: int) -> Any:
     """Move to a stamp, or to the timeout of the counts, at which speeds become 0; return whether it is reached."""
     end_ns = min(stamp_ns, filter_.counts_ns + model.wheel_timeout_ns)
     if end_ns > filter_.stamp_ns:
@@ -318,15 +304,14 @@ def _process_rate(filter_: Any, model: Any, stamp_ns: int, rate_radps: float) ->
     filter_.rate_ns = stamp_ns
     if not _advance(filter_, model, stamp_ns):
         return
-    variance = model.rate_std_radps**2
-    mean, slopes = filter_.mean, np.zeros(STATES)
+    mean, slopes, variance = filter_.mean, np.zeros(STATES), model.rate_variance
     slopes[OMEGA], slopes[BIAS], slopes[SCALE] = 1.0 + mean[SCALE], 1.0, mean[OMEGA]
     _correct(filter_, slopes, rate_radps - slopes[OMEGA] * mean[OMEGA] - mean[BIAS], variance)
-    samples, off_radps = filter_.rates, rate_radps - filter_.mean_rate_radps
-    if samples > SAMPLES_OF_MEAN and off_radps**2 > TURNING_STD**2 * variance * (1.0 + 1.0 / samples):
+    rates, off_radps = filter_.rates, rate_radps - filter_.mean_rate_radps
+    if rates > RATES_OF_MEAN and off_radps**2 > TURNING_STD**2 * variance * (1.0 + 1.0 / rates):
         filter_.is_turning = 1
-    filter_.rates = samples + 1
-    filter_.mean_rate_radps += off_radps / (samples + 1)
+    filter_.rates = rates + 1
+    filter_.mean_rate_radps += off_radps / (rates + 1)
 
 
 @compiled
@@ -361,65 +346,75 @@ def _renew_remainder(filter_: Any, model: Any, wheel: int, interval_s: float) ->
 
 
 @compiled
-def _process_counts(filter_: Any, model: Any, stamp_ns: int, left: int, right: int) -> None:
-    mean, totals, changed = filter_.mean, (left, right), False
-    if filter_.counts_ns < 0:
-        filter_.stamp_ns = stamp_ns
-        for wheel in range(2):
-            filter_.counts[wheel] = filter_.first_counts[wheel] = totals[wheel]
-        filter_.counts_ns = stamp_ns
-        return
-    interval_s = 1e-9 * (stamp_ns - filter_.counts_ns)
-    is_late = not _advance(filter_, model, stamp_ns)
-    errors_m = np.zeros(2)
-    for wheel in range(2):
-        counted_m = (totals[wheel] - filter_.first_counts[wheel]) * model.m_per_count[wheel]
-        errors_m[wheel] = counted_m - mean[TRAVEL + wheel] + mean[REMAINDER + wheel]
-    if is_late:
-        late_s = 1e-9 * (stamp_ns - filter_.stamp_ns)
-        mean[V] = 0.5 * (errors_m[0] + errors_m[1]) / late_s
-        mean[OMEGA] = (errors_m[1] - errors_m[0]) / (model.separation_m * late_s)
-        _move(filter_, model, late_s)
-        filter_.stamp_ns = stamp_ns
-    for wheel in range(2):
-        is_quiet = totals[wheel] == filter_.counts[wheel]
-        filter_.quiet[wheel] = filter_.quiet[wheel] + 1 if is_quiet else 0
-        changed = changed or not is_quiet
-        _renew_remainder(filter_, model, wheel, interval_s)
-    for wheel in range(2):
-        slopes, m_per_count = np.zeros(STATES), model.m_per_count[wheel]
-        slopes[TRAVEL + wheel], slopes[REMAINDER + wheel] = 1.0, -1.0
-        counted_m = (totals[wheel] - filter_.first_counts[wheel]) * m_per_count
-        error_m = counted_m - mean[TRAVEL + wheel] + mean[REMAINDER + wheel]
-        _correct(filter_, slopes, error_m, READING_VARIANCE * m_per_count**2)
-    for wheel in range(2):
-        filter_.travel_m[wheel], filter_.counts[wheel] = mean[TRAVEL + wheel], totals[wheel]
-    filter_.counts_ns = stamp_ns
-    _rest(filter_, model, changed, interval_s)
+def _count_error_m(filter_: Any, model: Any, wheel: int, total: int) -> Any:
+    counted_m = (total - filter_.first_counts[wheel]) * model.m_per_count[wheel]
+    return counted_m - filter_.mean[TRAVEL + wheel] + filter_.mean[REMAINDER + wheel]
 
 
 @compiled
-def _rest(filter_: Any, model: Any, changed: bool, interval_s: float) -> None:
-    """Correct a robot that has neither counted nor turned for some reports; else this may be where it stops."""
-    mean, cov = filter_.mean, filter_.cov
-    if changed or filter_.is_turning:
-        filter_.standing = filter_.rates = filter_.is_turning = 0
-        filter_.mean_rate_radps = 0.0
-        mean[STOP_YAW] = mean[YAW]
-        cov[STOP_YAW, :] = cov[YAW, :]
-        cov[:, STOP_YAW] = cov[:, YAW]
+def _process_counts(filter_: Any, model: Any, stamp_ns: int, left: int, right: int) -> None:
+    mean, totals, is_moving = filter_.mean, (left, right), filter_.is_turning > 0
+    if filter_.counts_ns < 0:
+        filter_.stamp_ns = filter_.counts_ns = stamp_ns
+        for wheel in range(2):
+            filter_.counts[wheel] = filter_.first_counts[wheel] = totals[wheel]
         return
+    interval_s = 1e-9 * (stamp_ns - filter_.counts_ns)
+    if not _advance(filter_, model, stamp_ns):
+        # Move by the missed travel, at its mean speed.
+        missed_s = 1e-9 * (stamp_ns - filter_.stamp_ns)
+        left_m, right_m = _count_error_m(filter_, model, 0, left), _count_error_m(filter_, model, 1, right)
+        mean[V] = 0.5 * (left_m + right_m) / missed_s
+        mean[OMEGA] = (right_m - left_m) / (model.separation_m * missed_s)
+        _move(filter_, model, missed_s)
+        filter_.stamp_ns = stamp_ns
+    for wheel in range(2):
+        is_quiet = totals[wheel] == filter_.counts[wheel]
+        is_moving = is_moving or not is_quiet
+        filter_.quiet[wheel] = filter_.quiet[wheel] + 1 if is_quiet else 0
+        _renew_remainder(filter_, model, wheel, interval_s)
+    for wheel in range(2):
+        slopes = np.zeros(STATES)
+        slopes[TRAVEL + wheel], slopes[REMAINDER + wheel] = 1.0, -1.0
+        error_m = _count_error_m(filter_, model, wheel, totals[wheel])
+        _correct(filter_, slopes, error_m, READING_VARIANCE * model.m_per_count[wheel] ** 2)
+    for wheel in range(2):
+        filter_.travel_m[wheel], filter_.counts[wheel] = mean[TRAVEL + wheel], totals[wheel]
+    filter_.counts_ns = stamp_ns
+    if is_moving:
+        _begin_rest(filter_)
+    else:
+        _rest(filter_, model, interval_s)
+
+
+@compiled
+def _begin_rest(filter_: Any) -> None:
+    """Store the heading of a robot in motion, which may stop here."""
+    filter_.standing = filter_.rates = filter_.is_turning = 0
+    filter_.mean_rate_radps = 0.0
+    filter_.mean[STOP_YAW] = filter_.mean[YAW]
+    for other in range(STATES):
+        filter_.cov[STOP_YAW, other] = filter_.cov[YAW, other]
+    for other in range(STATES):
+        filter_.cov[other, STOP_YAW] = filter_.cov[other, YAW]
+
+
+@compiled
+def _rest(filter_: Any, model: Any, interval_s: float) -> None:
+    """Correct the speeds, and the heading, of a robot that has not moved for `standing_reports`."""
     filter_.standing += 1
     if filter_.standing < model.standing_reports:
         return
     m_per_count = min(model.m_per_count[0], model.m_per_count[1])
-    v_variance = (m_per_count / (filter_.standing * interval_s)) ** 2 / 12.0
-    _set_zero(filter_, V, -1, v_variance)
-    if filter_.rate_ns >= 0 and filter_.counts_ns - filter_.rate_ns <= model.gyro_timeout_ns:
-        _set_zero(filter_, OMEGA, -1, REST_OMEGA_STD**2)
-        _set_zero(filter_, YAW, STOP_YAW, REST_YAW_STD**2)
-    else:
-        _set_zero(filter_, OMEGA, -1, 4.0 * v_variance / model.separation_m**2)
+    v_variance = (m_per_count / (filter_.standing * interval_s)) ** 2 / 12.0  # at most one uncounted count since then
+    _set_zero(filter_, V, v_variance)
+    if filter_.rate_ns < 0 or filter_.counts_ns - filter_.rate_ns > model.gyro_timeout_ns:
+        _set_zero(filter_, OMEGA, 4.0 * v_variance / model.separation_m**2)
+        return
+    _set_zero(filter_, OMEGA, REST_OMEGA_STD**2)
+    slopes = np.zeros(STATES)
+    slopes[YAW], slopes[STOP_YAW] = 1.0, -1.0
+    _correct(filter_, slopes, filter_.mean[STOP_YAW] - filter_.mean[YAW], REST_YAW_STD**2)
 
 
 @compiled(nogil=True)
