@@ -193,6 +193,14 @@ class WheelGyroFilter:
         return _estimate_of(report_stamps_ns, means, covs)
 
 
+def warm_up() -> None:
+    """Compile the kernels."""
+    made, stamps_ns = WheelGyroFilter(FusionParams(), WheelErrors((1.0, 1.0), 1.0), ImuParams()), np.arange(2)
+    made.run(stamps_ns, np.zeros(2), stamps_ns, np.zeros((2, 2), np.int64))
+    made.take_counts(0, 0, 0)
+    made.take_gyro(1, 0.0)
+
+
 def _new_filter(wheels: WheelErrors, gyroscope: InertialSensorParams) -> Any:
     """Return a FILTER before the first counts: each remainder is uniform in a count."""
     filters = np.zeros(1, FILTER)
@@ -346,6 +354,21 @@ def _renew_remainder(filter_: Any, model: Any, wheel: int, interval_s: float) ->
 
 
 @compiled
+def _is_turning(filter_: Any, model: Any, interval_s: float) -> Any:
+    """Return whether rates since the stop differ from each other, or their mean differs from the bias.
+
+    With such a mean, a robot would soon turn by more than a count of each wheel: without counts, the bias is wrong.
+    """
+    if filter_.is_turning or filter_.rates == 0:
+        return filter_.is_turning > 0
+    off_radps = abs(filter_.mean_rate_radps - filter_.mean[BIAS])
+    variance = filter_.cov[BIAS, BIAS] + model.rate_variance / filter_.rates
+    uncounted_rad = (model.m_per_count[0] + model.m_per_count[1]) / model.separation_m
+    turned_rad = off_radps * min(filter_.quiet[0], filter_.quiet[1]) * interval_s
+    return off_radps**2 > TURNING_STD**2 * variance and turned_rad < uncounted_rad
+
+
+@compiled
 def _count_error_m(filter_: Any, model: Any, wheel: int, total: int) -> Any:
     counted_m = (total - filter_.first_counts[wheel]) * model.m_per_count[wheel]
     return counted_m - filter_.mean[TRAVEL + wheel] + filter_.mean[REMAINDER + wheel]
@@ -353,7 +376,7 @@ def _count_error_m(filter_: Any, model: Any, wheel: int, total: int) -> Any:
 
 @compiled
 def _process_counts(filter_: Any, model: Any, stamp_ns: int, left: int, right: int) -> None:
-    mean, totals, is_moving = filter_.mean, (left, right), filter_.is_turning > 0
+    mean, totals = filter_.mean, (left, right)
     if filter_.counts_ns < 0:
         filter_.stamp_ns = filter_.counts_ns = stamp_ns
         for wheel in range(2):
@@ -368,6 +391,7 @@ def _process_counts(filter_: Any, model: Any, stamp_ns: int, left: int, right: i
         mean[OMEGA] = (right_m - left_m) / (model.separation_m * missed_s)
         _move(filter_, model, missed_s)
         filter_.stamp_ns = stamp_ns
+    is_moving = _is_turning(filter_, model, interval_s)
     for wheel in range(2):
         is_quiet = totals[wheel] == filter_.counts[wheel]
         is_moving = is_moving or not is_quiet

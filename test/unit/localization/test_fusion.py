@@ -142,12 +142,12 @@ def test_a_turn_between_two_counts_is_no_rest():
 
 def test_a_base_off_the_axle_moves_sideways_in_turns():
     made = started(wheels=WHEELS._replace(axle_x_m=0.2))
-    for report in range(1, 200):
-        turn_rad = min(0.05 * report, 0.5 * math.pi)
-        count = math.floor(turn_rad * 0.2 / D_M + 0.5)
-        for tick in range(5):
-            made.take_gyro(50_000_000 * report - 10_000_000 * (4 - tick), 1.0 if turn_rad < 0.5 * math.pi else 0.0)
-        made.take_counts(50_000_000 * report, -count, count)
+    for tick in range(1, 401):
+        phase_rad = 0.5 * math.pi * min(0.01 * tick, 2.0)
+        made.take_gyro(10_000_000 * tick, math.pi**2 / 8.0 * math.sin(phase_rad))
+        if tick % 5 == 0:
+            count = math.floor(0.25 * math.pi * (1.0 - math.cos(phase_rad)) * 0.2 / D_M + 0.5)
+            made.take_counts(10_000_000 * tick, -count, count)
     assert made.estimate.pose == pytest.approx([0.2, -0.2, 0.5 * math.pi], abs=0.03)
 
 
