@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Callable, Deque, Optional, Tuple
+from typing import Callable, Deque, Optional, Sequence, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.localization.imu_params import ImuParams, ImuSample, Vector
-from diff_encoder_sim.simulation.state import RigidMotion
 
 AXES = 6  # of the gyroscope, then of the accelerometer
 BLOCK = 256  # samples whose random numbers are drawn at once
@@ -59,7 +58,7 @@ class Imu:
             rows[:, RESOLUTION] = sensor.resolution
             rows[:, RANGE] = sensor.range or math.inf
 
-    def step(self, now_ns: int, motion: Callable[[], RigidMotion]) -> Optional[ImuSample]:
+    def step(self, now_ns: int, motion: Callable[[], Sequence[float]]) -> Optional[ImuSample]:
         """Measure the motion of the body if a sample is due; return the sample whose message is due now, if any.
 
         Call it once in each tick.
@@ -74,8 +73,8 @@ class Imu:
     def measure(self, motions: np.ndarray) -> np.ndarray:
         """Return (n, 6) angular velocity [rad/s] and specific force [m/s^2] of the next n samples.
 
-        Motions (n, 10) are of the body, as RigidMotion. Samples are the same, bit for bit, however many are measured at
-        once.
+        Motions (n, 10) are the body's orientation x, y, z, w, velocity [m/s] and angular velocity [rad/s] in the world
+        frame. Samples are the same, bit for bit, however many are measured at once.
         """
         end = self._used + len(motions)
         if end > len(self._normals):

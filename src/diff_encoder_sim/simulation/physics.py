@@ -30,7 +30,7 @@ from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_
 from diff_encoder_sim.base.xml_values import rpy_from_rotation
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot
 from diff_encoder_sim.robots.solids import Box, Cylinder, Shape, Sphere, reach_m
-from diff_encoder_sim.simulation.state import AT_REST, TICK_S, BodyState, PlanarVelocity, RigidMotion
+from diff_encoder_sim.simulation.state import AT_REST, TICK_S, BodyState, PlanarVelocity
 from diff_encoder_sim.simulation.world import Plane, Solid, World
 
 GRAVITY_MPS2 = 9.81
@@ -213,11 +213,14 @@ class BulletPhysics:
         )
         return BodyState(base_m, base_quat, velocity_mps, angular)
 
-    def inertial_motion(self) -> RigidMotion:
-        """Return the true motion of the root's centre of mass, in whose frame base_link is `base_in_inertial`."""
+    def inertial_motion(self) -> Tuple[float, ...]:
+        """Return the true motion of the root's centre of mass, in whose frame base_link is `base_in_inertial`.
+
+        It is the orientation x, y, z, w, velocity [m/s] and angular velocity [rad/s] in the world frame.
+        """
         _, quat = self._bullet.getBasePositionAndOrientation(self._robot)
         linear, angular = self._bullet.getBaseVelocity(self._robot)
-        return RigidMotion(*quat, *linear, *angular)
+        return (*quat, *linear, *angular)
 
     def base_pose(self) -> PoseXyzQuat:
         """Return the true position [m] and orientation of base_link in the world."""

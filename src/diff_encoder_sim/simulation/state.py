@@ -25,21 +25,6 @@ class BodyState(NamedTuple):
     angular_xyz_radps: Tuple[float, float, float]
 
 
-class RigidMotion(NamedTuple):
-    """Orientation (quaternion), velocity [m/s] and angular velocity [rad/s] of a body in the world frame."""
-
-    qx: float
-    qy: float
-    qz: float
-    qw: float
-    x_mps: float
-    y_mps: float
-    z_mps: float
-    roll_radps: float
-    pitch_radps: float
-    yaw_radps: float
-
-
 class PlanarVelocity(NamedTuple):
     """Velocity of base_link over the floor, in the world frame."""
 
