@@ -5,8 +5,8 @@ import subprocess
 import pytest
 import yaml
 
+from diff_encoder_sim.base.imu import imu_settings
 from diff_encoder_sim.drives.topics import DIAGNOSTICS
-from diff_encoder_sim.localization.imu_params import imu_settings
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.link_frames import LinkFrames, display_urdf
 from diff_encoder_sim.trials.robot_params import load_robot_config, override

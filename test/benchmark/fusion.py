@@ -16,8 +16,8 @@ from typing import List, Tuple
 import numpy as np
 from bench import in_processes, parser, print_header, print_table
 
+from diff_encoder_sim.base.imu import ImuParams
 from diff_encoder_sim.localization.fusion import FusionParams, WheelErrors, WheelGyroFilter
-from diff_encoder_sim.localization.imu_params import ImuParams
 from fusion_drives import DRIVES, IMUS, End, end_of
 
 PPRS = (20, 40, 90, 250, 1024, 4096)

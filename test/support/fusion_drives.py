@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from diff_encoder_sim.base.imu import ImuParams, load_imu
 from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.localization.fusion import FusionParams, WheelErrors, WheelGyroFilter
-from diff_encoder_sim.localization.imu_params import ImuParams, load_imu
 from places import ROOT
 
 TICK_NS, TICK_S, TICKS_PER_REPORT, REST_S = 10_000_000, 0.01, 5, 2.0

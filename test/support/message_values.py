@@ -5,12 +5,12 @@ import math
 import numpy as np
 from rosbags.typesys import Stores
 
+from diff_encoder_sim.base.imu import ImuParams, ImuSample
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.drives import message_encoders as encoders
 from diff_encoder_sim.drives.message_encoders import UNKNOWN_VARIANCE, ModelStatesEncoder
 from diff_encoder_sim.drives.typestore import message_store
-from diff_encoder_sim.localization.imu_params import ImuParams, ImuSample
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 from diff_encoder_sim.simulation.state import BodyState, JointStates

@@ -11,12 +11,12 @@ from tabulate import tabulate
 
 from diff_encoder_sim.api.options import DescriptionOptions, InspectOptions, LaunchOptions, SettingsOptions
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.imu import NO_IMU, imu_settings
 from diff_encoder_sim.base.package_files import package_folder, users_path
 from diff_encoder_sim.base.params import flat, for_xml_rpc, nested, split_params
 from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.trial_recording import trial_of_source
-from diff_encoder_sim.localization.imu_params import NO_IMU, imu_settings
 from diff_encoder_sim.robots import robot_file
 from diff_encoder_sim.robots.xacro_expansion import expansion, xacro_arguments, xacro_arguments_of_text
 from diff_encoder_sim.simulation.link_frames import display_urdf, without_root_inertia

@@ -14,8 +14,8 @@ from diff_encoder_sim.wheels.odometry import OdometryEstimate
 from diff_encoder_sim.wheels.report_link import EncoderSample
 
 if TYPE_CHECKING:  # nodes of an encoder import this module
+    from diff_encoder_sim.base.imu import ImuParams, ImuSample
     from diff_encoder_sim.base.laser_scan import Scan
-    from diff_encoder_sim.localization.imu_params import ImuParams, ImuSample
     from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
     from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
     from diff_encoder_sim.simulation.state import BodyState, JointStates

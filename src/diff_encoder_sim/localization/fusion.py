@@ -21,11 +21,11 @@ from typing_extensions import Annotated
 
 from diff_encoder_sim.base import bounds
 from diff_encoder_sim.base.errors import EVENT, InputFault
+from diff_encoder_sim.base.imu import ImuParams, InertialSensorParams
 from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.params import Params, not_allowed, param
 from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
-from diff_encoder_sim.localization.imu_params import ImuParams, InertialSensorParams
 
 log = logging.getLogger(__name__)
 

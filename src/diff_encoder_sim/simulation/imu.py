@@ -8,9 +8,9 @@ from typing import Callable, Deque, Optional, Sequence, Tuple
 
 import numpy as np
 
+from diff_encoder_sim.base.imu import ImuParams, ImuSample, Vector
 from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.localization.imu_params import ImuParams, ImuSample, Vector
 
 AXES = 6  # of the gyroscope, then of the accelerometer
 BLOCK = 256  # samples whose random numbers are drawn at once

@@ -14,13 +14,13 @@ from typing_extensions import Annotated
 from diff_encoder_sim.base import bounds
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.base.imu import ImuParams, ImuSample
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.params import Params, param
 from diff_encoder_sim.base.per_wheel import WheelDiameterOrZero_m
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.localization.imu_params import ImuParams, ImuSample
 from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.robot_file import proposed_laser_line
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors, load_simulated_robot

@@ -7,11 +7,11 @@ from functools import partial
 import numpy as np
 
 from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.base.imu import ImuParams
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.localization.amcl import warm_up as warm_up_amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.imu_params import ImuParams
 from diff_encoder_sim.navigation.navigator import warm_up as warm_up_navigation
 from diff_encoder_sim.robots.solids import Box
 from diff_encoder_sim.simulation.imu import Imu

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import List, Optional
 
+from diff_encoder_sim.base.imu import ImuSample
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.drives import message_encoders as encoders
@@ -13,7 +14,6 @@ from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Ending, Trial
 from diff_encoder_sim.localization.amcl import AmclEstimate
-from diff_encoder_sim.localization.imu_params import ImuSample
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.navigator_inputs import Command, GoalStatus
 from diff_encoder_sim.robots.description import RobotSource

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.base.imu import ImuParams
 from diff_encoder_sim.localization.fusion import FusionParams, WheelErrors, WheelGyroFilter
-from diff_encoder_sim.localization.imu_params import ImuParams
 from fusion_drives import DEG, IMUS, REST_S, SEPARATION_M, TICK_S, end_of, measured
 
 SECOND_NS, D_M = 1_000_000_000, 0.01

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from diff_encoder_sim.base.imu import ImuParams
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
-from diff_encoder_sim.localization.imu_params import ImuParams
 from diff_encoder_sim.simulation.imu import Imu
 from diff_encoder_sim.simulation.physics import GRAVITY_MPS2
 

@@ -10,11 +10,11 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.imu import load_imu
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.topics import SIMULATOR_NODE
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.drives.typestore import message_store
-from diff_encoder_sim.localization.imu_params import load_imu
 from diff_encoder_sim.localization.map_files import load_map, save_map
 from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, GoalStatus
 from diff_encoder_sim.simulation.rasterise import rasterise

@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.localization.imu_params import (
-    PEAK_ALLAN_DEVIATION,
-    ImuParams,
-    InertialSensorParams,
-    imu_settings,
-    load_imu,
-)
+from diff_encoder_sim.base.imu import PEAK_ALLAN_DEVIATION, ImuParams, InertialSensorParams, imu_settings, load_imu
 from diff_encoder_sim.simulation.simulator import SimulatorParams
 from places import ROOT
 

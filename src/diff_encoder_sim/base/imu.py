@@ -13,8 +13,6 @@ from diff_encoder_sim.base.params import Line, Params, flat, load_params, param
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.base.yaml_files import find_yaml
 
-NO_IMU = 'none'
-
 NO_IMU = 'none'  # in place of a name
 
 # The greatest Allan deviation of a first-order Gauss-Markov process, at 1.89 times its correlation time, over the
