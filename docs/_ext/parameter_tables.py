@@ -10,9 +10,9 @@ from pydantic_core import PydanticUndefined
 from sphinx.errors import ExtensionError
 
 from diff_encoder_sim.base.bounds import Between
+from diff_encoder_sim.base.imu import ImuParams
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.per_wheel import PerWheel, WheelDiameter, WheelDiameterOrZero
-from diff_encoder_sim.base.imu import ImuParams
 from diff_encoder_sim.robots.calibration_file import CalibrationParams, Estimate
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 
