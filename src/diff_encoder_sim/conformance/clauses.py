@@ -44,7 +44,7 @@ class Evidence(NamedTuple):
     recordings: Sequence[Recording]
     unusable: str = ''
     has_stamps: bool = True  # of the input
-    missing: str = 'needs a start by the suite, and stamps of the input'  # why a case was not played
+    missing: str = 'needs a start, stamps of the input, and prompt answers'  # why a case was not played
 
     @property
     def motions(self) -> List[Recording]:
