@@ -51,7 +51,7 @@ def latency_ns(latency_s: float) -> int:
 
 def wheel_uncertainty(errors: simulation.WheelErrorParams) -> Dict[str, float]:
     """Return the parameters of odometry, by their names, that describe the errors of wheels."""
-    # By how much the wheels travel more than their turning says, relative.
+    # Relative excess of the travel of each wheel over its rolled angle times the nominal radius.
     wheels = (errors.left_radius_error, errors.left_slip), (errors.right_radius_error, errors.right_slip)
     left, right = (radius - slip * (1.0 + radius) for radius, slip in wheels)
     distance, spread = 0.5 * (left + right), errors.radius_spread / math.sqrt(2.0)

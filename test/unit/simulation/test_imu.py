@@ -37,7 +37,7 @@ def expected_allan_variance(noise_density, drift, bias_time, tau_s):
 
 @pytest.mark.parametrize('tau_s', [0.1, 5.0, 200.0])
 def test_the_allan_deviation_is_that_of_white_noise_and_drift(tau_s):
-    """Of 24 axes: where noise alone counts, between, and beyond the greatest deviation of the drift."""
+    """Of 24 axes: if only noise matters, between, and beyond the greatest deviation of the drift."""
     sensor = {'noise_density': 1e-4, 'bias_instability': 3e-4, 'bias_time': 20.0, 'bias': 0.1}
     motions = np.tile(AT_REST, (400_000, 1))
     variances = []
