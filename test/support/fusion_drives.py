@@ -77,7 +77,16 @@ class Measured(NamedTuple):
         return TICK_S * (self.rates_radps - bias_radps).sum() - self.poses[-1, 2]
 
 
-def measured(drive, ppr, imu, seed, slip=1e-6, turn_std=0.0):
+class Spin(NamedTuple):
+    """A wheel that turns more than it travels: it spins, or is lifted."""
+
+    start_s: float
+    wheel: int
+    mps: float
+    duration_s: float = 0.5
+
+
+def measured(drive, ppr, imu, seed, slip=1e-6, turn_std=0.0, spins=()):
     """Measure a drive of sampled lengths and speeds with sampled phases, bias and scale error."""
     rng = np.random.default_rng([seed, 33])
     segments = [(0.0, 0.0, REST_S), *_segments(drive, rng), (0.0, 0.0, 1.0)]
@@ -92,6 +101,8 @@ def measured(drive, ppr, imu, seed, slip=1e-6, turn_std=0.0):
     half_m = 0.5 * SEPARATION_M * rng.normal(1.0, turn_std)
     rims_m = np.column_stack([steps_m - half_m * steps_rad, steps_m + half_m * steps_rad])
     rims_m += rng.standard_normal(rims_m.shape) * np.sqrt(slip * np.abs(rims_m))
+    for start_s, wheel, mps, duration_s in spins:
+        rims_m[round(start_s / TICK_S) : round((start_s + duration_s) / TICK_S), wheel] += TICK_S * mps
     m_per_count = math.pi * DIAMETER_M / ppr
     counts = np.floor(np.cumsum(rims_m, axis=0) / m_per_count + rng.uniform(0.0, 1.0, 2)).astype(np.int64)
     stamps_ns = TICK_NS * np.arange(1, len(rates) + 1)
