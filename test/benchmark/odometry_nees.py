@@ -23,7 +23,8 @@ from quantisation import End, end_of_drive
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
-from diff_encoder_sim.simulation.simulator import Simulator, WheelErrorParams
+from diff_encoder_sim.simulation.simulator import Simulator
+from diff_encoder_sim.simulation.slip import WheelErrorParams
 from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial

@@ -25,8 +25,9 @@ from diff_encoder_sim.analysis.closed_form import heading_std_rad
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
+from diff_encoder_sim.robots.simulated_robot import TrueWheels
 from diff_encoder_sim.simulation.physics import PhysicsParams
-from diff_encoder_sim.simulation.simulator import SlippingWheels, WheelErrorParams
+from diff_encoder_sim.simulation.slip import SlippingWheels, WheelErrorParams
 from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
@@ -71,7 +72,8 @@ def end_of_drive(
     """Run ideal wheels' drive, turned by wheels with errors, through encoder and odometry, up to a row."""
     # The simulator's own draws: Simulator.reset.
     phases_rad = generator(seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
-    wheels = SlippingWheels(errors, (WHEEL_RADIUS_M, WHEEL_RADIUS_M), generator(seed, 'wheel_slip'))
+    geometry = TrueWheels(WHEEL_RADIUS_M, WHEEL_RADIUS_M, WHEEL_SEPARATION_M)
+    wheels = SlippingWheels(errors, geometry, generator(seed, 'wheel_slip'), generator(seed, 'wheel_spin_and_bumps'))
     of_rolled = 1.0 / (1.0 + np.array([errors.left_radius_error, errors.right_radius_error]))
     turned_rad = np.array([wheels.turned(tuple(pair)) for pair in drive.wheel_angles_rad[: end + 1].tolist()])
     seen = Drive(drive.stamps_ns[: end + 1], phases_rad + of_rolled * turned_rad)

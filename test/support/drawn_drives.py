@@ -13,7 +13,7 @@ from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.robots.calibration_file import CalibrationParams
 from diff_encoder_sim.robots.simulated_robot import TrueWheels
 from diff_encoder_sim.simulation.self_check import RolledDrive
-from diff_encoder_sim.simulation.simulator import SlippingWheels, WheelErrorParams
+from diff_encoder_sim.simulation.slip import SlippingWheels, WheelErrorParams
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
 from diff_encoder_sim.trials.scripted_drive import SETTLING_S, ScriptedDrive
 from diff_encoder_sim.wheels.chain import Chain
@@ -101,7 +101,7 @@ def _to_an_end(drive: RolledDrive, stop: StopSpread, rng) -> np.ndarray:
 
 def _told(robot, params, wheels, rolled_rad, times_s, rng) -> Pose2D:
     known = {'ppr': params.ppr, 'encoder': params.encoder, 'motion_noise': 0.0}
-    slipping = SlippingWheels(robot.errors, wheels[:2], rng)
+    slipping = SlippingWheels(robot.errors, wheels, rng, rng)
     phases_rad = rng.uniform(0.0, 2.0 * math.pi, (1, 2))
     turned_rad = np.array([slipping.turned(tuple(angles_rad)) for angles_rad in rolled_rad.tolist()])
     chain = Chain(params, robot.odometry.model_copy(update=known))

@@ -198,7 +198,10 @@ def assumptions_text(advice: Advice) -> str:
         quality = robot.quality or robot.own_quality
         wheels = 'the wheel errors of the robot file' if quality == ROBOT_FILE else quality.text
         wheels += '; the slip of the robot file' if robot.has(drive_draws.SLIP) else '; no slip'
-    return f'{wheels}; {drives}{tests[0].drive.origin}'
+    left_out = ['wheel spin'] * bool(robot.errors.slip.spin_travel)
+    left_out += ['floor areas'] * any(draws.drive.requested.test.floor for draws in tests)
+    without = f', without {" and ".join(left_out)}' if left_out else ''
+    return f'{wheels}{without}; {drives}{tests[0].drive.origin}'
 
 
 def closed_form_text(advice: Advice) -> str:

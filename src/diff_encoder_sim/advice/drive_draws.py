@@ -31,7 +31,7 @@ from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.simulated_robot import TrueWheels, load_simulated_robot
 from diff_encoder_sim.robots.wheel_quality import EXACT, ROBOT_FILE, WheelQuality
 from diff_encoder_sim.simulation.self_check import FlatFloor, RolledDrive
-from diff_encoder_sim.simulation.simulator import WheelErrorParams
+from diff_encoder_sim.simulation.slip import SlipParams, WheelErrorParams, extra_travel
 from diff_encoder_sim.simulation.state import TICK_S, JointStates
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.publications import Publications
@@ -203,10 +203,13 @@ class DrawnRobot(NamedTuple):
 
     @property
     def slip(self) -> Tuple[float, float, float, float]:
-        """Return the mean slip of both wheels, 0 if the diameters contain it, and its variance per m and per rad."""
+        """Return the constant slip of both wheels, 0 if the diameters contain it, and its variance per m and per rad.
+
+        The variance contains that of bumps.
+        """
         errors, calibration = self.errors, self.calibration
         if calibration is None:
-            return errors.left_slip, errors.right_slip, errors.slip_noise, 0.0
+            return errors.left_slip, errors.right_slip, errors.travel_variance, 0.0
         return 0.0, 0.0, calibration.slip_m2_per_m.value, calibration.slip_rad2_per_rad.value
 
     def wheels(self, amounts: Amounts, rng: np.random.Generator, draws: int) -> np.ndarray:
@@ -224,7 +227,7 @@ class DrawnRobot(NamedTuple):
         """Return whether the robot has this error."""
         errors, is_off = self.errors, ~np.isclose(self.means, self.assumed, rtol=1e-9, atol=0.0)
         if cause == SLIP:
-            return any(self.slip)
+            return any(self.slip) or self.errors.slip != SlipParams()
         if cause in CALIBRATED_GEOMETRY:
             return bool(self.calibrated_covariance.diagonal()[CALIBRATED_GEOMETRY.index(cause)] > 0.0)
         if self.intervals is not None:
@@ -269,7 +272,7 @@ class DriveDraws:
         self._known: Dict[object, Dict[Optional[EncoderParams], np.ndarray]] = {}  # errors, by draws and amounts
         rolled, ticks = drive.rolled, len(drive.rolled.times_s)
         samples = ticks if drive.origin == IDEAL else min(ticks, MOST_SAMPLES)
-        rows = np.unique(np.linspace(0, ticks - 1, samples).round().astype(np.int64))
+        rows = self._rows = np.unique(np.linspace(0, ticks - 1, samples).round().astype(np.int64))
         # Drives that end within the spread of the stop; the deviation grows in proportion to the distance.
         rng, way_m = self._generator('ends'), np.cumsum(np.abs(np.diff(rolled.ways_m, axis=0, prepend=0.0)).sum(axis=1))
         fractions = way_m[rows] / max(way_m[-1], 1e-9)
@@ -370,6 +373,11 @@ class DriveDraws:
         cos, sin = math.cos(start_rad), math.sin(start_rad)
         return np.stack([cos * x_m - sin * y_m, sin * x_m + cos * y_m, wrap_angles(error_rad)], axis=-1)
 
+    def _slip_by_motion(self) -> np.ndarray:
+        """Return (n, 2) what the wheels turn beyond rolling [m], by the slip by motion; ends and geometry vary less."""
+        rolled = self.drive.rolled
+        return extra_travel(self.robot.errors.slip, rolled.times_s, rolled.ways_m, rolled.separation_m)[self._rows]
+
     def _turned(self, ways_m: np.ndarray, first: int, amounts: Amounts) -> np.ndarray:
         """Return the (draws, n, 2) wheel angles since the start [rad]."""
         slipping, (*slips, noise_m, turn_noise_rad) = amounts.get(SLIP, 0.0), self.robot.slip
@@ -377,9 +385,9 @@ class DriveDraws:
         left_m, right_m = np.moveaxis(ways_m, 2, 0)
         half_m, mean_m = 0.5 * (right_m - left_m) * (separation_m / self.drive.rolled.separation_m), left_m + right_m
         rng, turned = self._generator(f'slip_{first}'), []
-        for sign, radius_m, slip in zip((-1.0, 1.0), radii_m, slips):
+        for sign, radius_m, slip, extra_m in zip((-1.0, 1.0), radii_m, slips, self._slip_by_motion().T):
             way_m = 0.5 * mean_m + sign * half_m
-            turned_rad = way_m / radius_m / (1.0 - slipping * slip)
+            turned_rad = way_m / radius_m / (1.0 - slipping * slip) + slipping * extra_m / radius_m
             if slipping and noise_m:
                 walk_m = _walks(slipping**2 * noise_m * np.abs(np.diff(way_m, axis=1)), rng)
                 turned_rad[:, 1:] += walk_m / radius_m

@@ -19,7 +19,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.drives.reencoding import read_drive
 from diff_encoder_sim.drives.test_definition import Leg, PoseParams, Segment, TestDefinition
-from diff_encoder_sim.simulation.simulator import WheelErrorParams
+from diff_encoder_sim.simulation.slip import WheelErrorParams
 from diff_encoder_sim.trials.campaign_loading import campaign_encoders
 from diff_encoder_sim.trials.robot_params import wheel_errors_of
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder

@@ -104,6 +104,8 @@ RateOrZero_Hz = Annotated[float, Between(1e-3, 1e6, 'Hz', or_zero=True)]
 SignedRate_Hz = Annotated[float, Between(-1e6, 1e6, 'Hz')]
 
 # Without unit.
+FRICTION = Between(1e-3, 1e6)  # coefficient; Gazebo's own ground plane has 100
+Friction = Annotated[float, FRICTION]
 Fraction = Annotated[float, Between(0.0, 1.0)]
 Weight = Annotated[float, Between(0.0, 1e6)]
 PositiveWeight = Annotated[float, Between(1e-6, 1e6)]

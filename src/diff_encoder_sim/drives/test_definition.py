@@ -16,6 +16,7 @@ from diff_encoder_sim.base.params import Params, load_params, param
 from diff_encoder_sim.base.rounding import rounded, turns_text
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc, wrap_angle
 from diff_encoder_sim.base.yaml_files import find_yaml
+from diff_encoder_sim.simulation.slip import FloorArea
 
 
 class PoseParams(Params):
@@ -150,6 +151,14 @@ class TestDefinition(Params):
         600.0, description='simulated time after which a route has failed [s]'
     )
     limits: SpeedLimits = Field(SpeedLimits(), description='speeds of the scripted drive')
+    floor: List[FloorArea] = Field(
+        [], max_length=1000, description='areas with other friction; where they overlap, the last one counts'
+    )
+
+    @model_serializer(mode='wrap')
+    def _without_unset_floor(self, serialise: SerializerFunctionWrapHandler) -> Dict[str, Any]:
+        """Leave out the key that older bags and campaigns do not have."""
+        return {key: value for key, value in serialise(self).items() if key != 'floor' or value}
 
     @model_validator(mode='after')
     def _check_drive_or_route(self) -> TestDefinition:

@@ -15,7 +15,7 @@ from diff_encoder_sim.base.per_wheel import WheelDiameter_m
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.topics import BagFormat, PoseSource
-from diff_encoder_sim.simulation.simulator import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD
+from diff_encoder_sim.simulation.slip import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD
 from diff_encoder_sim.wheels.catalogue import resolution_text
 from diff_encoder_sim.wheels.encoder_params import DEFAULT_PPR, CounterModulus, PulsesPerRevolution, encoder_label
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, CurveVariance, OdometryParams, RelativeStd

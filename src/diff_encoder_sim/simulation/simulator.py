@@ -5,9 +5,8 @@ from __future__ import annotations
 import logging
 import math
 from pathlib import Path
-from typing import Any, Dict, Optional, Tuple, Union
+from typing import Any, Dict, Optional, Sequence, Tuple, Union
 
-import numpy as np
 from pydantic import Field, field_validator
 from typing_extensions import Annotated
 
@@ -23,10 +22,11 @@ from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.robot_file import proposed_laser_line
-from diff_encoder_sim.robots.simulated_robot import GeometryErrors, load_simulated_robot
+from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
 from diff_encoder_sim.simulation.imu import Imu
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.physics import GRAVITY_MPS2, BulletPhysics, PhysicsParams
+from diff_encoder_sim.simulation.slip import Floor, FloorArea, SlippingWheels, WheelErrorParams
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S, JointStates
 from diff_encoder_sim.simulation.world import load_world
 
@@ -93,78 +93,6 @@ def clamp(value: float, limit: float) -> float:
     return max(-limit, min(limit, value))
 
 
-GeometryError = Annotated[float, Between(-0.5, 0.5)]
-Spread = Annotated[float, Between(0.0, 0.1)]
-Slip = Annotated[float, Between(0.0, 0.999)]
-
-# Without any of these errors the simulated wheels lose grip in curves, and some travel where they brake. As odometry's
-# `curve_noise` and `distance_std`, by its error in the paper's tests (docs/adr/0031-covariance-follows-robot.md).
-CONTACT_CURVE_NOISE = 1e-6  # [m^2/m per (m/s^2)^2]
-CONTACT_DISTANCE_STD = 4e-6
-
-
-class WheelErrorParams(Params):
-    """Errors of the true robot against the nominal one; left out, there are none."""
-
-    left_radius_error: GeometryError = param(0.0, 'true against nominal radius, relative')
-    right_radius_error: GeometryError = param(0.0, 'true against nominal radius, relative')
-    wheel_separation_error: GeometryError = param(0.0, 'true against nominal separation, relative')
-    radius_spread: Spread = param(
-        0.0, "standard deviation of each wheel's radius from robot to robot, relative; drawn by the seed"
-    )
-    wheel_separation_spread: Spread = param(0.0, 'likewise of the separation')
-    left_slip: Slip = param(0.0, 'fraction of the rolled distance that is lost')
-    right_slip: Slip = param(0.0, 'fraction of the rolled distance that is lost')
-    slip_noise: bounds.TravelVariance_m = param(0.0, "variance of a wheel's lost travel per metre of it [m^2/m]")
-
-    def geometry(self, rng: np.random.Generator) -> GeometryErrors:
-        """Draw the errors that make another robot, as those of slip do not."""
-        means = self.left_radius_error, self.right_radius_error, self.wheel_separation_error
-        spreads = self.radius_spread, self.radius_spread, self.wheel_separation_spread
-        drawn = (
-            (1.0 + mean) * (1.0 + spread * normal) - 1.0 if spread else mean
-            for mean, spread, normal in zip(means, spreads, rng.standard_normal(3).tolist())
-        )
-        return GeometryErrors(*drawn)
-
-
-class SlippingWheels:
-    """Turns the rolling of ideal wheels into the turning of wheels that slip.
-
-    The physics rolls without slipping. A wheel with slip s that turns by a rolls by a (1 - s) only, so the angle that
-    its encoder measures is the rolled one divided by 1 - s. Noise is added as a random walk over the distance rolled:
-    the k|ds| of Siegwart and Nourbakhsh, section 5.2.4.
-    """
-
-    def __init__(self, params: WheelErrorParams, radius_m: Tuple[float, float], rng: np.random.Generator) -> None:
-        self._rolled_fractions = (1.0 - params.left_slip, 1.0 - params.right_slip)
-        self._noise_rad_per_sqrt_rad = [math.sqrt(params.slip_noise / wheel_radius_m) for wheel_radius_m in radius_m]
-        self._is_ideal = params.slip_noise == 0 and self._rolled_fractions == (1.0, 1.0)
-        self._rng, self._rolled_rad, self._noise_rad = rng, (0.0, 0.0), [0.0, 0.0]
-
-    def rolling_speeds(self, left_radps: float, right_radps: float) -> Tuple[float, float]:
-        """Return the ideal wheels' speeds [rad/s] that move the robot as these wheels' speeds do."""
-        return left_radps * self._rolled_fractions[0], right_radps * self._rolled_fractions[1]
-
-    def turning_speeds(self, left_radps: float, right_radps: float) -> Tuple[float, float]:
-        """Return these wheels' speeds [rad/s] when the ideal ones roll so: the mean, without noise."""
-        return left_radps / self._rolled_fractions[0], right_radps / self._rolled_fractions[1]
-
-    def turned(self, rolled_rad: Tuple[float, float]) -> Tuple[float, float]:
-        """Return the angles turned [rad] since the start when the ideal wheels rolled `rolled_rad`."""
-        if self._is_ideal:
-            return rolled_rad
-        normals = self._rng.standard_normal(2).tolist()
-        for wheel in (0, 1):
-            step_rad = abs(rolled_rad[wheel] - self._rolled_rad[wheel])
-            self._noise_rad[wheel] += self._noise_rad_per_sqrt_rad[wheel] * math.sqrt(step_rad) * normals[wheel]
-        self._rolled_rad = rolled_rad
-        return (
-            rolled_rad[0] / self._rolled_fractions[0] + self._noise_rad[0],
-            rolled_rad[1] / self._rolled_fractions[1] + self._noise_rad[1],
-        )
-
-
 class SimulatorParams(Params):
     """Parameters of the simulated robot."""
 
@@ -208,14 +136,21 @@ class Simulator:
     """
 
     def __init__(
-        self, world_file: Union[str, Path], robot: RobotSource, params: SimulatorParams, start_pose: Pose2D, seed: int
+        self,
+        world_file: Union[str, Path],
+        robot: RobotSource,
+        params: SimulatorParams,
+        start_pose: Pose2D,
+        seed: int,
+        floor: Sequence[FloorArea] = (),
     ) -> None:
-        """Load both files and put the robot, at rest, at `start_pose` of the world.
+        """Load both files and put the robot, at rest, at `start_pose` of the world, whose floor has other areas.
 
         The wheels' initial angles are drawn from the seed: without this, every trial would repeat the same quantisation
         error. ConfigError if a file is missing or malformed.
         """
         self.params, self.world = params, load_world(world_file)
+        self._floor = Floor(self.world.floor_friction, floor)
         geometry = params.wheel_errors.geometry(generator(seed, 'wheel_geometry'))
         self._robot = load_simulated_robot(robot, params.choices(), geometry)
         self._joints, self._forward_signs = self._robot.joints, self._robot.forward_signs
@@ -259,8 +194,8 @@ class Simulator:
         # base_link may be at the floor, where ALTO's is, or at the axle.
         self._scan_height_m = self.physics.base_pose()[0][2] + self._laser_above_base_m
         self._lidar = Lidar(self.world, self._scan_height_m, params.lidar, generator(self._seed, 'lidar_noise'))
-        radii_m, rng = self._robot.wheels[:2], generator(self._seed, 'wheel_slip')
-        self._wheels = SlippingWheels(params.wheel_errors, radii_m, rng)
+        rngs = generator(self._seed, 'wheel_slip'), generator(self._seed, 'wheel_spin_and_bumps')
+        self._wheels = SlippingWheels(params.wheel_errors, self._robot.wheels, *rngs)
         self._imu: Optional[Imu] = None
         if params.imu is not None:
             pose_in_body, rng = self.physics.base_in_inertial, generator(self._seed, 'imu')
@@ -279,7 +214,7 @@ class Simulator:
     def tick(self) -> None:
         """Advance by 10 ms."""
         speeds = self._controller.wheel_speeds_radps(self.time_ns, TICK_S)
-        self.physics.tick(*self._wheels.rolling_speeds(*speeds))
+        self.physics.tick(*self._wheels.rolling_speeds(*speeds, self._slip_factors()))
         self.time_ns += TICK_NS
         self._read_wheels()
 
@@ -302,6 +237,15 @@ class Simulator:
         Call it once in each tick.
         """
         return None if self._imu is None else self._imu.step(self.time_ns, self.physics.inertial_motion)
+
+    def _slip_factors(self) -> Tuple[float, float]:
+        """Return the factors on slip of the floor below the left and the right wheel."""
+        if not self._floor.areas:
+            return (1.0 / self._floor.mu,) * 2
+        base, axle_x_m = self.physics.base_pose_in_plane(), self._robot.description.axle_x_m
+        half_m = 0.5 * self._robot.wheels.separation_m
+        left, right = (base.compose(Pose2D(axle_x_m, side * half_m, 0.0)) for side in (1.0, -1.0))
+        return self._floor.slip_factor(left.x_m, left.y_m), self._floor.slip_factor(right.x_m, right.y_m)
 
     def _read_wheels(self) -> None:
         rolled = self.physics.wheels()

@@ -8,8 +8,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from diff_encoder_sim.base.bounds import FRICTION
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.xml_values import bounded_numbers, parse_lengths, rotation_from_rpy
+from diff_encoder_sim.base.xml_values import bounded_numbers, finite_numbers, parse_lengths, rotation_from_rpy
 from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere, pose_at
 
 ALLOWED_SHAPES = ('box', 'cylinder', 'sphere', 'plane')
@@ -17,6 +18,8 @@ ALLOWED_SHAPES = ('box', 'cylinder', 'sphere', 'plane')
 
 class Plane(NamedTuple):
     """An unbounded floor: z = 0 of its pose is its surface."""
+
+    mu: float = 1.0  # friction coefficient
 
 
 Shape = Union[Box, Cylinder, Sphere, Plane]
@@ -48,6 +51,11 @@ class World(NamedTuple):
     def solids(self) -> List[Solid]:
         """All collision primitives of all models."""
         return [solid for model in self.models for solid in model.solids]
+
+    @property
+    def floor_friction(self) -> float:
+        """Friction coefficient of the first floor."""
+        return next(solid.shape.mu for solid in self.solids if isinstance(solid.shape, Plane))
 
 
 def load_world(path: Union[str, Path]) -> World:
@@ -93,11 +101,21 @@ def _shape_of(collision: ElementTree.Element, name: str, path: Union[str, Path])
         x_m, y_m, z_m = parse_lengths(element.findtext('size'), 3, f'{where} size')
         return Box((x_m, y_m, z_m))
     if kind == 'plane':
-        return Plane()
+        return Plane(_friction_of(collision, f'{path}: {name}'))
     radius_m = parse_lengths(element.findtext('radius'), 1, f'{where} radius')[0]
     if kind == 'sphere':
         return Sphere(radius_m)
     return Cylinder(radius_m, parse_lengths(element.findtext('length'), 1, f'{where} length')[0])
+
+
+def _friction_of(collision: ElementTree.Element, where: str) -> float:
+    """Return the friction coefficient of a collision, 1 by default, as in SDF."""
+    key = 'surface/friction/ode/mu'
+    text = collision.findtext(key, '1').strip()
+    numbers = finite_numbers(text)
+    if len(numbers) != 1 or not FRICTION.allows(numbers[0]):
+        raise ConfigError(f'{where}: {key}: given {text!r}; allowed: {FRICTION}')
+    return numbers[0]
 
 
 def _pose_of(element: ElementTree.Element, path: Union[str, Path]) -> np.ndarray:

@@ -70,7 +70,8 @@ class LockstepTrial:
         start = trial.test.start.pose()
         self._goal = trial.goal()
         self._is_recorded, self._publications = publications is not None, publications or Publications()
-        self._simulator = Simulator(plan.world, RobotSource(robot_file), params.simulator, start, trial.number)
+        robot = RobotSource(robot_file)
+        self._simulator = Simulator(plan.world, robot, params.simulator, start, trial.number, trial.test.floor)
         self._command_latency_ns = latency_ns(params.latency.command)
         # Actions by time, number and arguments; those of the same time run in order of insertion.
         self._delayed: List[Tuple[int, int, Callable[..., None], Tuple[Any, ...]]] = []

@@ -20,7 +20,8 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.navigation.goal_stopping import StopSpread, stop_parts, stop_spread
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.robots.robot_file import RobotFile, RobotSetup, load_robot_file, set_up_robot
-from diff_encoder_sim.simulation import simulator as simulation
+from diff_encoder_sim.simulation.simulator import SimulatorParams
+from diff_encoder_sim.simulation.slip import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD, WheelErrorParams
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -49,7 +50,7 @@ def latency_ns(latency_s: float) -> int:
     return round(latency_s * NANOSECONDS_PER_SECOND)
 
 
-def wheel_uncertainty(errors: simulation.WheelErrorParams) -> Dict[str, float]:
+def wheel_uncertainty(errors: WheelErrorParams) -> Dict[str, float]:
     """Return the parameters of odometry, by their names, that describe the errors of wheels."""
     # Relative excess of the travel of each wheel over its rolled angle times the nominal radius.
     wheels = (errors.left_radius_error, errors.left_slip), (errors.right_radius_error, errors.right_slip)
@@ -57,17 +58,17 @@ def wheel_uncertainty(errors: simulation.WheelErrorParams) -> Dict[str, float]:
     distance, spread = 0.5 * (left + right), errors.radius_spread / math.sqrt(2.0)
     separation = math.hypot(spread, errors.wheel_separation_spread)
     return {
-        'motion_noise': errors.slip_noise,
+        'motion_noise': errors.travel_variance,
         'distance_std': math.hypot(distance, spread),
         'turn_std': math.hypot(distance - errors.wheel_separation_error, separation),
         'diameter_difference_std': math.hypot(right - left, 2.0 * spread),
     }
 
 
-def wheel_errors_of(settings: Mapping[str, Any]) -> simulation.WheelErrorParams:
+def wheel_errors_of(settings: Mapping[str, Any]) -> WheelErrorParams:
     """Return the wheel errors of a robot's settings, by dotted keys; ConfigError if one is bad."""
     given = nested(settings).get('simulator', {}).get('wheel_errors', {})
-    return simulation.WheelErrorParams.from_mapping(given, 'simulator.wheel_errors')
+    return WheelErrorParams.from_mapping(given, 'simulator.wheel_errors')
 
 
 def uncertainty_of_robot(settings: Mapping[str, Any]) -> Dict[str, float]:
@@ -77,7 +78,7 @@ def uncertainty_of_robot(settings: Mapping[str, Any]) -> Dict[str, float]:
 
 CONFIG_FILES: Dict[str, Dict[str, Type[Params]]] = {  # by stem of the file, the fields of RobotParams that it sets
     'config': {'encoder': EncoderParams, 'odometry': OdometryParams},
-    'simulator': {'simulator': simulation.SimulatorParams},
+    'simulator': {'simulator': SimulatorParams},
     'amcl': {'amcl': AmclParams},
     'navigation': {'navigator': NavigatorParams},
     'lockstep': {'latency': LatencyParams},
@@ -97,7 +98,7 @@ class RobotParams(NamedTuple):
 
     encoder: EncoderParams
     odometry: OdometryParams
-    simulator: simulation.SimulatorParams
+    simulator: SimulatorParams
     amcl: AmclParams
     navigator: NavigatorParams
     latency: LatencyParams
@@ -130,8 +131,8 @@ def _robot_params(config: Mapping[str, Any], paths: Mapping[str, Path]) -> Robot
     for stem, classes in CONFIG_FILES.items():
         parts.update(zip(classes, split_params(config[stem], str(paths.get(stem, stem)), *classes.values())))
     # Unset uncertainties of odometry are those of the simulated wheel errors and contact.
-    values = {'curve_noise': simulation.CONTACT_CURVE_NOISE, **wheel_uncertainty(parts['simulator'].wheel_errors)}
-    values['distance_std'] = math.hypot(values['distance_std'], simulation.CONTACT_DISTANCE_STD)
+    values = {'curve_noise': CONTACT_CURVE_NOISE, **wheel_uncertainty(parts['simulator'].wheel_errors)}
+    values['distance_std'] = math.hypot(values['distance_std'], CONTACT_DISTANCE_STD)
     unset = {key: value for key, value in values.items() if getattr(parts['odometry'], key) is None}
     if unset:
         parts['odometry'] = with_changes(parts['odometry'], unset, 'simulator.wheel_errors')

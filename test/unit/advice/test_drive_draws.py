@@ -26,7 +26,7 @@ from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.simulated_robot import TrueWheels
 from diff_encoder_sim.robots.wheel_quality import EXACT, WheelQuality
-from diff_encoder_sim.simulation.simulator import WheelErrorParams
+from diff_encoder_sim.simulation.slip import WheelErrorParams
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from drawn_drives import LINE_M, calibrated, encoder_of, line, one_by_one, robot_of, rolled
 from encoder_drives import RADIUS_M, SEPARATION_M
@@ -148,6 +148,19 @@ def test_the_axle_ahead_of_the_base_swings_in_turns():
     robot = robot._replace(odometry=robot.odometry.model_copy(update={'axle_x': 0.3}), axle_x_m=0.3)
     errors, turned = errors_of(rolled(('turns', 0.25)), robot, None, 1)[0], 0.5 * math.pi * 1.01
     assert errors[:2] == pytest.approx([0.3 * (1.0 - math.cos(turned)) - 0.3, 0.3 - 0.3 * math.sin(turned)], abs=1e-9)
+
+
+def test_slip_by_lateral_acceleration_turns_odometry_in_circles_and_not_in_place():
+    """By 2 k v^2 / L of the turn."""
+    robot = robot_of(slip={'lateral_acceleration': 0.01})
+    circles = rolled(('arc', {'radius': 1.0, 'turns': 3.0}), speed=0.5, acceleration=2.0)
+    draws = DriveDraws(circles, robot, 1)
+    assert draws.causes == [SLIP, CONTACT]
+    _, _, yaw_rad = draws.errors([None], 1)[0][0]
+    turning_rad = 2.0 * 0.01 * 0.5**2 / SEPARATION_M * 6.0 * math.pi
+    assert yaw_rad == pytest.approx(turning_rad, rel=0.03)  # less on the ramps
+    in_place = DriveDraws(rolled(('turns', 3.0)), robot, 1).errors([None], 1)[0][0]
+    np.testing.assert_allclose(in_place, 0.0, atol=1e-9)
 
 
 def test_the_same_draws_come_with_every_encoder_and_number_of_encoders():

@@ -9,7 +9,7 @@ from diff_encoder_sim.cli.check_robot import main as check
 from diff_encoder_sim.cli.robot_settings import main
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.xacro_expansion import expansion
-from diff_encoder_sim.simulation.simulator import CONTACT_CURVE_NOISE
+from diff_encoder_sim.simulation.slip import CONTACT_CURVE_NOISE
 from diff_encoder_sim.trials.robot_params import load_robot
 from places import ROOT
 from trial_bags import trial, write_bag

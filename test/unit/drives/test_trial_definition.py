@@ -46,6 +46,10 @@ def test_the_tests_are_the_papers():
         ('world: b, path: [{pivot: {wheel: rear, turns: 1}}]', "path.0.pivot.wheel: given 'rear'; allowed: 'left' or"),
         ('world: b, drive: [{straight: 1}], start: {x: far}', "start.x: given 'far'"),
         ('world: b, drive: [{straight: 1}], limits: {speed: 0}', 'limits.speed: given 0'),
+        (
+            'world: b, path: [{straight: 1}], floor: [{x_min: 0, x_max: 1, y_min: 1, y_max: 0, mu: 1}]',
+            'floor.0.y_max: given 0.*at least y_min, 1',
+        ),
         ('world: b, route: [{goal: {x: 1.0e+7}}]', 'route.0.goal.x: given 10000000.0; allowed: -1e6 to 1e6'),
         ('world: b, route: [{through: [{x: 0, y: -.inf}]}, {goal: {}}]', 'route.0.through.0.y: given -inf'),
         ('wrold: b, drive: [{straight: 1}]', "unknown key; did you mean 'world'|world: miss"),

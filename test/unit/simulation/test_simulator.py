@@ -11,7 +11,7 @@ from diff_encoder_sim.base.params import load_params
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.xacro_expansion import expansion
-from diff_encoder_sim.simulation.simulator import DriveController, DriveParams, SimulatorParams, WheelErrorParams
+from diff_encoder_sim.simulation.simulator import DriveController, DriveParams, SimulatorParams
 from diff_encoder_sim.simulation.state import PlanarVelocity
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -175,25 +175,6 @@ def test_in_turns_they_differ_by_radius_and_separation_whatever_the_robot_file(m
     wheels, turned = drive(simulator, 0.0, 1.0, 2 * math.pi)
     measured = RADIUS_M * (wheels[1] - wheels[0]) / SEPARATION_M
     assert turned / measured == pytest.approx(1.01 / 0.97, abs=2e-4)
-
-
-def test_slip_noise_has_the_variance_that_was_asked_for(make_simulator):
-    noise, errors_m = 1e-4, []
-    for seed in range(40):
-        simulator = make_simulator(seed=seed, wheel_errors={'slip_noise': noise})
-        wheels, _ = drive(simulator, 0.45, 0.0, 2.0)
-        errors_m += (RADIUS_M * wheels - (simulator.physics.base_pose_in_plane().x_m + 10)).tolist()
-        simulator.close()
-    path_m = 0.9 - 0.45 * 0.3  # the ramp takes 0.6 s, on average at half the speed
-    # 80 samples: their variance is within 1 +- 0.45 of the true one in 99 % of cases.
-    assert np.var(errors_m) == pytest.approx(noise * path_m, rel=0.45)
-
-
-def test_robots_differ_from_each_other_by_the_spread_that_was_asked_for():
-    params = WheelErrorParams(left_radius_error=0.01, radius_spread=0.002, wheel_separation_spread=0.004)
-    drawn = np.array([params.geometry(np.random.default_rng(seed)) for seed in range(2000)])
-    np.testing.assert_allclose(drawn.mean(axis=0), [0.01, 0.0, 0.0], atol=3e-4)
-    np.testing.assert_allclose(drawn.std(axis=0), [0.00202, 0.002, 0.004], rtol=0.06)
 
 
 @pytest.fixture

@@ -287,6 +287,16 @@ def test_an_imu_is_one_of_all_cells_or_of_some(tmp_path):
     assert 'imu' not in small_campaign(tmp_path).resolved()['parameters'][0]['simulator']
 
 
+def test_slip_by_motion_is_varied_by_its_key_and_without_it_older_campaigns_can_be_completed(tmp_path):
+    key = 'simulator.wheel_errors.slip.lateral_acceleration'
+    campaign = small_campaign(tmp_path, tests=['SL'], ppr=[40], vary={key: [0.0, 0.01]})
+    slips = [cell.robot_params.simulator.wheel_errors.slip.lateral_acceleration for cell in campaign.cells]
+    assert slips == [0.0, 0.01]
+    saved = [each['simulator']['wheel_errors'] for each in campaign.resolved()['parameters']]
+    assert ['slip' in errors for errors in saved] == [False, True]
+    assert 'floor' not in campaign.resolved()['tests'][0]
+
+
 # ---- the fingerprint, and the checks before trials
 
 

@@ -20,8 +20,9 @@ from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, GoalStat
 from diff_encoder_sim.simulation.rasterise import rasterise
 from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.simulation.world import load_world
+from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.publications import Publications
-from diff_encoder_sim.trials.robot_params import LatencyParams
+from diff_encoder_sim.trials.robot_params import LatencyParams, load_robot_config, override
 from lockstep_trials import (
     ALTO,
     BEND,
@@ -83,6 +84,17 @@ def test_reports_have_20_hz_and_the_estimate_follows_the_truth_on_a_map_of_anoth
     assert reports[0].estimated_pose_in_map is None
     errors = [report.estimated_pose_in_map.relative_to(report.true_pose_in_map) for report in reports[20:]]
     assert max(math.hypot(error.x_m, error.y_m) for error in errors) < 0.3
+
+
+def test_areas_of_a_tests_floor_multiply_slip():
+    area = {'x_min': -50.0, 'x_max': 50.0, 'y_min': -50.0, 'y_max': 50.0, 'mu': 0.25}
+    params = override(load_robot_config(ROOT / 'config'), {'simulator.wheel_errors.left_slip': 0.01})
+    turns_rad = []
+    for floor in ([], [area]):
+        trial = LockstepTrial(plan_of(HALL, nav='scripted', drive=[{'straight': 1.0}], floor=floor), ALTO, params)
+        ended(trial)
+        turns_rad.append(trial.true_pose_in_map.yaw_rad)
+    assert turns_rad == pytest.approx([0.01 / 0.4, 0.04 / 0.4], rel=0.01)
 
 
 def test_the_same_trial_is_the_same_bit_for_bit_and_another_is_not():

@@ -13,12 +13,8 @@ from diff_encoder_sim.base.params import Params, flat
 from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.localization.slam_params import GridSlamParams
 from diff_encoder_sim.robots.robot_file import robot_file_text
-from diff_encoder_sim.simulation.simulator import (
-    CONTACT_CURVE_NOISE,
-    CONTACT_DISTANCE_STD,
-    SimulatorParams,
-    WheelErrorParams,
-)
+from diff_encoder_sim.simulation.simulator import SimulatorParams
+from diff_encoder_sim.simulation.slip import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD, WheelErrorParams
 from diff_encoder_sim.trials import robot_params
 from diff_encoder_sim.trials.robot_params import LatencyParams, load_robot, load_robot_config, override
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, USUAL_MOTION_NOISE, OdometryParams
