@@ -94,6 +94,7 @@ FILTER = np.dtype(
         ('counts', 'i8', 2),
         ('first_counts', 'i8', 2),
         ('travel_m', 'f8', 2),  # at the last report
+        ('omega_radps', 'f8'),  # at the last report
         ('quiet', 'i8', 2),  # reports since the last count of a wheel
         ('standing', 'i8'),  # reports since the stop
         ('rates', 'i8'),  # number since the stop
@@ -342,8 +343,11 @@ def _renew_remainder(filter_: Any, model: Any, wheel: int, interval_s: float) ->
     moved = abs(mean[TRAVEL + wheel] - filter_.travel_m[wheel]) / m_per_count
     moved_std = math.sqrt(max(speed_variance, 0.0)) * interval_s / m_per_count
     # A wheel without a count in n reports moves less than 1 / n of a count in one: |moved| has a triangle's moments.
+    # It may move further if the robot changes its rotation.
     if quiet > 0 and max(moved, moved_std) > 1.0 / (3.0 * quiet):
-        moved, moved_std = 1.0 / (3.0 * quiet), 1.0 / (math.sqrt(18.0) * quiet)
+        change = abs(mean[OMEGA] - filter_.omega_radps) * abs(lever_m) * interval_s / m_per_count
+        moved = max(1.0 / (3.0 * quiet), min(change, 1.0 / 3.0))
+        moved_std = moved / math.sqrt(2.0)
     kept = _correlation(moved, moved_std)
     mean[state] = 0.5 * m_per_count + kept * (mean[state] - 0.5 * m_per_count)
     for other in range(STATES):
@@ -404,6 +408,7 @@ def _process_counts(filter_: Any, model: Any, stamp_ns: int, left: int, right: i
         _correct(filter_, slopes, error_m, READING_VARIANCE * model.m_per_count[wheel] ** 2)
     for wheel in range(2):
         filter_.travel_m[wheel], filter_.counts[wheel] = mean[TRAVEL + wheel], totals[wheel]
+    filter_.omega_radps = mean[OMEGA]
     filter_.counts_ns = stamp_ns
     if is_moving:
         _begin_rest(filter_)
