@@ -17,7 +17,7 @@ MAY_IMPORT = {
     'base': '',
     'wheels': 'base',
     'robots': 'base',
-    'localization': 'base',
+    'localization': 'base wheels',
     'simulation': 'base robots localization',
     'navigation': 'base localization',
     'drives': 'base wheels localization simulation navigation',

@@ -18,6 +18,7 @@ from diff_encoder_sim.base.atomic_files import LONGEST_NEW_NAME
 from diff_encoder_sim.base.bounds import Seed
 from diff_encoder_sim.base.command_line import as_typed
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.imu import NO_IMU
 from diff_encoder_sim.base.package_files import package_folder, users_path
 from diff_encoder_sim.base.params import Params, for_xml_rpc
 from diff_encoder_sim.base.processes import parent_only_lists
@@ -28,7 +29,13 @@ from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, UNKNOWN
 from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ, STATES_PERIOD_S, STATES_RATE_HZ
 from diff_encoder_sim.trials.campaign_loading import as_driven_by
-from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
+from diff_encoder_sim.trials.required_packages import (
+    GAZEBO,
+    UPSTREAM_FUSION,
+    UPSTREAM_NAVIGATION,
+    UPSTREAM_SLAM,
+    require,
+)
 from diff_encoder_sim.trials.route_driver import misfit
 from diff_encoder_sim.wheels.catalogue import encoder_lines
 from diff_encoder_sim.wheels.encoder_params import DEFAULT_PPR, PulsesPerRevolution, file_label
@@ -63,13 +70,17 @@ def plan(options: TrialOptions) -> LivePlan:
     robot, encoder = launched.params, launched.encoder
     paced, wheels = as_driven_by(robot.simulator, test), wheels_of(robot.odometry, robot.encoder)
     of_encoder = {'ppr': encoder.ppr, 'encoder': encoder.name, 'resolution': encoder.resolution}
-    chosen = {'test': paced, 'number': number, 'odom': options.odom, 'nav': options.nav}
+    chosen = {'test': paced, 'number': number, 'odom': options.odom, 'nav': options.nav, 'fusion': options.fusion}
     trial = Trial.from_mapping({**chosen, **of_encoder, **wheels}, '')
     trial.test.check_drivable(options.nav)
+    if options.fusion != 'none' and (options.odom != 'encoder' or robot.simulator.imu is None):
+        given = f'odom {options.odom}, imu {options.imu or NO_IMU}'
+        raise ConfigError(f'fusion: given {options.fusion} with {given}; allowed: with odom encoder and an IMU')
     if options.slam != 'none' and not is_scripted:
         raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, or slam:=none')
     if not parent_only_lists():  # roslaunch --nodes needs no installed packages
         needed = {UPSTREAM_NAVIGATION: options.nav == 'upstream', UPSTREAM_SLAM: options.slam == 'upstream'}
+        needed[UPSTREAM_FUSION] = options.fusion == 'upstream'
         for package, is_needed in {**needed, GAZEBO: options.sim == 'gazebo'}.items():
             if is_needed:
                 require(package)

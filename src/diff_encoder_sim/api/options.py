@@ -334,6 +334,7 @@ class TrialOptions(LaunchOptions):
     ppr: str = option('', "counts per wheel turn: 90, or '{left: 90, right: 1024}' (default: the robot's own)", 'VALUE')
     trial: str = option('0', 'number of the trial, which is its seed', 'VALUE')
     odom: str = option('encoder', 'encoder or ideal', 'VALUE')
+    fusion: str = option('none', 'of odometry with the IMU: none, embedded or upstream', 'VALUE')
     nav: str = option('embedded', 'embedded, upstream or scripted', 'VALUE')
     slam: str = option('none', 'none, embedded or upstream', 'VALUE')
     save_map: str = option('', 'path without suffix for the map from SLAM (default: not saved)', 'VALUE')

@@ -62,7 +62,7 @@ def launched_robot(
         if OWN_PPR in arguments:
             raise ConfigError(f'encoder: given {options.encoder} with ppr {arguments[OWN_PPR]}; allowed: one of them')
         encoder = load_encoder(options.encoder, config, users_folder)
-    if options.imu not in ('', NO_IMU) and options.sim != SIMULATED:
+    if options.imu not in ('', NO_IMU) and options.sim not in ('', SIMULATED):
         raise ConfigError(f'imu: given {options.imu} with sim {options.sim}; allowed: with {SIMULATED}')
     settings = {**(usual or {}), **_config(robot_params.uncertainty_of_robot(setup.settings)), **setup.settings}
     if setup.file.ppr is not None:
@@ -94,6 +94,10 @@ def launched_robot(
         file = files['config']
         raise ConfigError(f'{file}: encoder: given {resolution} with ppr {given[OWN_PPR]}; allowed: one of them')
     settings.update(_config(params.odometry.uncertainty))
+    if params.simulator.imu is not None:
+        frames = {'odom_frame': params.odometry.odom_frame, 'base_link_frame': params.odometry.base_frame}
+        of_fusion = {**frames, 'publish_tf': True, 'imu': params.simulator.imu.model_dump()}
+        settings.update((f'fusion.{key}', value) for key, value in flat(of_fusion))
     if options.sim != SIMULATED and not is_noise_given:
         notes += filter(None, [hidden_encoder(params.odometry)])
     return LaunchedRobot(setup, settings, params, encoder or own_encoder(params.encoder), notes)

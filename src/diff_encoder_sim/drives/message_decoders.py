@@ -13,6 +13,7 @@ from diff_encoder_sim.base.se2 import Pose2D, yaw_from_quat_xyzw
 from diff_encoder_sim.base.stamps import LATEST_NS, NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.message_encoders import FLOAT32, LENGTH, POSE, SCAN_LIMITS, TIME, TWIST, UINT32
+from diff_encoder_sim.wheels.report_link import EncoderSample
 
 if TYPE_CHECKING:  # nodes of an encoder import this module
     from diff_encoder_sim.base.laser_scan import Scan
@@ -24,6 +25,8 @@ POSE_TYPES = (*_WITH_CHILD_FRAME, topics.POSE_STAMPED_TYPE, topics.POSE_WITH_COV
 _WITH_COVARIANCE = (topics.ODOMETRY_TYPE, topics.POSE_WITH_COVARIANCE_TYPE)
 _COVARIANCE = struct.Struct('<36d')  # row by row: x, y, z, and rotations about them
 _PLANAR = (0, 1, 5, 7, 11, 35)  # of these: xx, xy, x yaw, yy, y yaw, yaw yaw
+# Of an Imu: quaternion, its covariance, angular velocity x, y, z, and the first number of its covariance.
+_ORIENTATION_AND_RATES = struct.Struct('<17d')
 _FARTHEST_M = 1e9  # no robot drives so far; squares of more may not be finite
 
 TORN = 'a message is torn'
@@ -185,6 +188,25 @@ class JointDecoder:
         except struct.error:
             raise InputFault(TORN) from None
         return encoded_stamp_ns(raw), self._names, values
+
+
+def decode_pulses(decoder: JointDecoder, raw: bytes) -> EncoderSample:
+    """Decode an EncoderPulse of two counters, left then right, with the decoder of its topic."""
+    stamp_ns, _, counts = decoder.decode(raw)
+    if len(counts) != 2:
+        raise InputFault(f'{len(counts)} counters; expected 2, left then right')
+    left, right = counts
+    return EncoderSample(stamp_ns, int(left), int(right))
+
+
+def decode_imu(raw: bytes, is_cdr: bool = False) -> Tuple[int, str, float]:
+    """Decode the stamp [ns], the frame and the angular velocity about z [rad/s] of a sensor_msgs/Imu."""
+    fields = FieldReader(raw, is_cdr)
+    stamp_ns, frame = fields.header()
+    *_, yaw_rate_radps, variance = fields.unpack(_ORIENTATION_AND_RATES, NUMBER_SIZE)
+    if variance == -1.0:
+        raise InputFault('no angular velocity: its covariance begins with -1')
+    return stamp_ns, frame, yaw_rate_radps
 
 
 def decode_wheel_speeds(raw: bytes) -> Tuple[int, Tuple[float, float]]:

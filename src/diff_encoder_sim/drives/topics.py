@@ -50,6 +50,7 @@ CMD_VEL = '/cmd_vel'
 ENCODER_PULSE = '/encoder_pulse'
 ENCODER_VELOCITY = '/encoder_velocity'
 ODOM = '/odom'
+FILTERED = '/odometry/filtered'
 AMCL_POSE = '/amcl_pose'
 INITIAL_POSE = '/initialpose'
 GLOBAL_POSE = '/global_pose'
@@ -70,6 +71,7 @@ STATE_PUBLISHER_NODE = '/robot_state_publisher'
 ENCODER_NODE = '/gz_diff_encoder_node'
 ODOM_NODE = '/gz_diff_odom_node'
 IDEAL_ODOM_NODE = '/ideal_odom_node'
+FUSION_NODE = '/odometry_fusion_node'
 WORLD_POSE_NODE = '/world_pose_node'
 GLOBAL_POSE_NODE = '/global_pose_node'
 MAP_NODE = '/map_server'
@@ -96,7 +98,8 @@ class RecordedTopic(NamedTuple):
 
 # One row for each topic of a trial's bag. trials/publications.py publishes its messages; their encoders are in
 # message_encoders.py. Topics of the last lines are published with navigation only, /initialpose by
-# people, /encoder_velocity if the motor controller measures speeds, and /imu/data if there is an IMU.
+# people, /encoder_velocity if the motor controller measures speeds, /imu/data if there is an IMU, and
+# /odometry/filtered if odometry is fused with it.
 TOPICS = (
     RecordedTopic(TRIAL, STRING_TYPE, _TRIAL_NODES, is_latched=True),
     RecordedTopic(TRIAL_RESULT, STRING_TYPE, _TRIAL_NODES, is_latched=True),
@@ -109,7 +112,10 @@ TOPICS = (
     RecordedTopic(ODOM, ODOMETRY_TYPE, (ODOM_NODE, IDEAL_ODOM_NODE)),
     RecordedTopic(GLOBAL_POSE, POSE_STAMPED_TYPE, (GLOBAL_POSE_NODE,)),
     RecordedTopic(WORLD_POSE, POSE_STAMPED_TYPE, (WORLD_POSE_NODE,)),
-    RecordedTopic(TF, TRANSFORMS_TYPE, (STATE_PUBLISHER_NODE, ODOM_NODE, IDEAL_ODOM_NODE, AMCL_NODE), is_bulk=True),
+    RecordedTopic(FILTERED, ODOMETRY_TYPE, (FUSION_NODE,)),
+    RecordedTopic(
+        TF, TRANSFORMS_TYPE, (STATE_PUBLISHER_NODE, ODOM_NODE, IDEAL_ODOM_NODE, FUSION_NODE, AMCL_NODE), is_bulk=True
+    ),
     RecordedTopic(
         TF_STATIC,
         TRANSFORMS_TYPE,

@@ -68,7 +68,16 @@ def goal_error(true_pose_in_map: Pose2D, goal_in_map: Pose2D, limit_m: float = G
 # Fields of Trial, by the parameters of which they have the names.
 OF_ODOMETRY = ('wheel_diameter', 'wheel_separation', 'axle_x')
 OF_ENCODER = ('left_joint', 'right_joint', 'left_reversed', 'right_reversed')
-_LEFT_OUT_IF_USUAL = ('axle_x', *OF_ENCODER, 'encoder', 'resolution', 'variant', 'counter_modulus', *UNCERTAINTY_KEYS)
+_LEFT_OUT_IF_USUAL = (
+    'axle_x',
+    *OF_ENCODER,
+    'encoder',
+    'resolution',
+    'variant',
+    'fusion',
+    'counter_modulus',
+    *UNCERTAINTY_KEYS,
+)
 
 
 class Trial(Params):
@@ -79,6 +88,7 @@ class Trial(Params):
     number: Seed = Field(0, description='the seed of all that varies between trials')
     odom: Literal['encoder', 'ideal'] = 'encoder'
     nav: Literal['scripted', 'embedded', 'upstream'] = 'scripted'
+    fusion: Literal['none', 'embedded', 'upstream'] = Field('none', description='of odometry with an IMU')
     wheel_diameter: WheelDiameter_m = param(0.2, 'of the odometry [m]')
     wheel_separation: Length_m = Field(0.4, description='of the odometry [m]')
     axle_x: Offset_m = Field(0.0, description='of the odometry [m]')

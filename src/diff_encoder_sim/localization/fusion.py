@@ -11,7 +11,6 @@ The heading at the stop is a state, so that all samples since then contribute to
 
 from __future__ import annotations
 
-import logging
 import math
 from typing import Any, NamedTuple, Optional, Tuple
 
@@ -20,17 +19,13 @@ from pydantic import Field, model_validator
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base import bounds
-from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.imu import ImuParams, InertialSensorParams
 from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.params import Params, not_allowed, param
 from diff_encoder_sim.base.se2 import wrap_angles
-from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
-
-log = logging.getLogger(__name__)
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
 FrameId = Annotated[str, Field(min_length=1)]
-LATE_TOLERANCE_NS = 500_000_000  # a stamp that goes further back means that time was reset
 
 # States: x, y [m] and yaw [rad] of base_link, speeds [m/s, rad/s], bias of the gyroscope [rad/s], which are ESTIMATED;
 # measured travels of both wheels [m]; relative errors of turns, of the right minus the left diameter, and of distances;
@@ -142,33 +137,22 @@ class WheelGyroFilter:
 
     def reset(self) -> None:
         """Return to pose zero; the next report of counts is the start."""
-        self._timelines = {name: Timeline(LATE_TOLERANCE_NS) for name in ('counts', 'angular velocity')}
         self._filter = _new_filter(self._wheels, self._gyroscope)
 
     def take_gyro(self, stamp_ns: int, yaw_rate_radps: float) -> None:
-        """Process a rate about the vertical axis; before the first counts it is ignored.
+        """Process a finite rate about the vertical axis; before the first counts it is ignored.
 
-        A rate older than the newest counts corrects the current speed. InputFault if it is stale or not finite; a stamp
-        that jumps back resets the filter with a warning.
+        A rate older than the newest counts corrects the current speed.
         """
-        if not math.isfinite(yaw_rate_radps):
-            raise InputFault(f'angular velocity {yaw_rate_radps} rad/s; allowed: finite numbers')
-        self._check('angular velocity', stamp_ns)
-        _process_rate(self._filter, self._model, stamp_ns, float(yaw_rate_radps))
+        _process_rate(self._filter, self._model, stamp_ns, yaw_rate_radps)
 
     def take_counts(self, stamp_ns: int, left_total: int, right_total: int) -> None:
-        """Process accumulated counts, without wraps; InputFault and reset as of `take_gyro`."""
-        self._check('counts', stamp_ns)
+        """Process accumulated counts, without wraps, with a stamp later than the one before."""
         _process_counts(self._filter, self._model, stamp_ns, left_total, right_total)
 
-    def _check(self, name: str, stamp_ns: int) -> None:
-        step, stamp_s = self._timelines[name].advance(stamp_ns), stamp_ns / NANOSECONDS_PER_SECOND
-        if step is Step.STALE:
-            raise InputFault(f'{name} at {stamp_s:.3f} s; allowed: later than the one before')
-        if step is Step.RESTART:
-            log.warning('%s: stamps went back to %.3f s: fusion restarted at pose zero', name, stamp_s, extra=EVENT)
-            self.reset()
-            self._timelines[name].advance(stamp_ns)
+    def take_time(self, stamp_ns: int) -> None:
+        """Move to a stamp without measurements; after `wheel_timeout` without counts the robot does not move."""
+        _advance(self._filter, self._model, stamp_ns)
 
     @property
     def estimate(self) -> FusedEstimate:

@@ -20,7 +20,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.gazebo_states import SetModelState, launched_model
 from diff_encoder_sim.ros.messages import pose_message
 from diff_encoder_sim.ros.node import call_service, own_words, required_trial_plan, robot_settings, trial_plan
-from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM
+from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_FUSION, UPSTREAM_NAVIGATION, UPSTREAM_SLAM
 
 # Package of each node, its installation, and the part of /robot_settings with its parameters.
 NODES = {
@@ -28,6 +28,7 @@ NODES = {
     'amcl': ('amcl', UPSTREAM_NAVIGATION, 'amcl'),
     'move_base': ('move_base', UPSTREAM_NAVIGATION, 'navigation'),
     'slam_gmapping': ('gmapping', UPSTREAM_SLAM, 'slam'),
+    'ekf_localization_node': ('robot_localization', UPSTREAM_FUSION, 'fusion'),
 }
 
 
@@ -44,12 +45,11 @@ def become(package: str, executable: str, arguments: Sequence[str], install_hint
 
 @user_errors('upstream_node')
 def upstream_node() -> None:
-    """upstream_node: run upstream's map_server, amcl, move_base or slam_gmapping for a trial in this process."""
+    """upstream_node: run one of upstream's NODES for a trial in this process."""
     words = own_words()
     if not words or words[0] not in NODES or (words[1:] and words[0] != 'map_server'):
-        raise ConfigError(
-            f'arguments: given {" ".join(words)!r}; allowed: map_server [MAP.yaml], amcl, move_base, or slam_gmapping'
-        )
+        allowed = f'map_server [MAP.yaml], {", ".join(list(NODES)[1:])}'
+        raise ConfigError(f'arguments: given {" ".join(words)!r}; allowed: {allowed}')
     node, arguments, plan = words[0], words[1:], trial_plan()
     package, needed, part = NODES[node]
     name = rosgraph.names.load_mappings(sys.argv).get('__name', node)  # that roslaunch gives the node

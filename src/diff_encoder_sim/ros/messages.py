@@ -183,11 +183,11 @@ class DisplayTopic:
 
 
 class OdometryOutput:
-    """Publishes estimates on `odom` and, with publish_tf, as the transform odom -> base."""
+    """Publishes estimates on a topic and, with publish_tf, as the transform odom -> base."""
 
-    def __init__(self, odom_frame: str, base_frame: str, publish_tf: bool) -> None:
+    def __init__(self, odom_frame: str, base_frame: str, publish_tf: bool, topic: str = 'odom') -> None:
         self._frames = odom_frame, base_frame
-        self._odom = Publisher('odom', Odometry)
+        self._odom = Publisher(topic, Odometry)
         self._transforms = Publisher('/tf', TFMessage) if publish_tf else None
 
     def publish(self, estimate: OdometryEstimate) -> None:

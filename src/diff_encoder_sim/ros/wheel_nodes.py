@@ -9,7 +9,7 @@ from geometry_msgs.msg import Twist
 from sensor_msgs.msg import JointState
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.message_decoders import JointDecoder, decode_wheel_speeds
+from diff_encoder_sim.drives.message_decoders import JointDecoder, decode_pulses, decode_wheel_speeds
 from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse, encode_wheel_speeds
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, JOINT_STATE_TYPE
 from diff_encoder_sim.msg import EncoderPulse
@@ -81,11 +81,7 @@ class OdometryNode:
         self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)  # last: pulses follow
 
     def _on_pulses(self, content: bytes) -> None:
-        stamp_ns, _, counts = self._decoder.decode(content)
-        if len(counts) != 2:
-            raise InputFault(f'{len(counts)} counters; expected 2, left then right')
-        left, right = counts
-        sample = EncoderSample(stamp_ns, int(left), int(right))
+        sample = decode_pulses(self._decoder, content)
         self._add([sample] if self._pairing is None else self._pairing.take_counts(sample, time.monotonic()))
 
     def _on_speeds(self, content: bytes) -> None:

@@ -33,7 +33,7 @@ from diff_encoder_sim.wheels.encoder_params import PulsesPerRevolution
 
 Varied = Tuple[Tuple[str, Any], ...]  # dotted keys, or VARIANT, in alphabetical order, and values
 
-ConfigFile = Literal['amcl', 'config', 'lockstep', 'navigation', 'simulator']  # stems of files of config/
+ConfigFile = Literal['amcl', 'config', 'fusion', 'lockstep', 'navigation', 'simulator']  # stems of files of config/
 
 
 class LockstepOptions(Params):
@@ -154,7 +154,7 @@ class Campaign(NamedTuple):
             parts = {name: part.model_dump(mode='json') for name, part in robot._asdict().items()}
             # So that older campaigns can be completed:
             if robot.simulator.imu is None:
-                del parts['simulator']['imu']
+                del parts['simulator']['imu'], parts['fusion']
             if robot.simulator.wheel_errors.slip == SlipParams():
                 del parts['simulator']['wheel_errors']['slip']
             parameters.append({'varied': dict(varied), **parts})

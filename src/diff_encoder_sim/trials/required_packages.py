@@ -23,6 +23,11 @@ UPSTREAM_NAVIGATION = RequiredPackages(
 UPSTREAM_SLAM = RequiredPackages(
     'slam: given upstream', ('gmapping',), "apt install ros-noetic-gmapping (not in Debian's ROS), or slam:=embedded"
 )
+UPSTREAM_FUSION = RequiredPackages(
+    'fusion: given upstream',
+    ('robot_localization',),
+    "apt install ros-noetic-robot-localization (not in Debian's ROS), or fusion:=embedded",
+)
 GAZEBO = RequiredPackages(
     'sim: given gazebo', ('gazebo_ros',), 'apt install ros-noetic-gazebo-ros-pkgs, or sim:=pybullet'
 )

@@ -17,6 +17,7 @@ from diff_encoder_sim.base.per_wheel import PerWheel, WheelDiameter
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.fusion import FusionParams
 from diff_encoder_sim.navigation.goal_stopping import StopSpread, stop_parts, stop_spread
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.robots.robot_file import RobotFile, RobotSetup, load_robot_file, set_up_robot
@@ -82,6 +83,7 @@ CONFIG_FILES: Dict[str, Dict[str, Type[Params]]] = {  # by stem of the file, the
     'amcl': {'amcl': AmclParams},
     'navigation': {'navigator': NavigatorParams},
     'lockstep': {'latency': LatencyParams},
+    'fusion': {'fusion': FusionParams},
 }
 
 SET_BY_TRIALS = {  # keys set by the trial, with their source; overrides would have no effect
@@ -102,6 +104,7 @@ class RobotParams(NamedTuple):
     amcl: AmclParams
     navigator: NavigatorParams
     latency: LatencyParams
+    fusion: FusionParams
 
 
 def load_robot_config(config_folder: Union[str, Path], instead: Optional[Mapping[str, Path]] = None) -> RobotConfig:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Tuple
+import logging
+from typing import Any, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from diff_encoder_sim.base.errors import EVENT
 from diff_encoder_sim.base.kernels import callable_by_kernels, compiled
+
+log = logging.getLogger(__name__)
 
 
 @callable_by_kernels
@@ -128,6 +132,37 @@ def restart_text(limits: CounterLimits, before: Counters, after: Counters, cause
     left, right = (count_difference(*pair, limits.modulus) for pair in zip(after.counts, before.counts))
     interval_s = (after.total[0] - before.total[0]) / 1e9
     return f'{left} left and {right} right pulses in {interval_s:.3f} s are faster than {CAUSES[cause]}'
+
+
+class PulseTotals:
+    """Counts the pulses of both wheels since the first reading, across wraps and restarts, which it logs."""
+
+    def __init__(self, limits: CounterLimits) -> None:
+        self._limits = limits
+        self.reset()
+
+    def reset(self) -> None:
+        """Restart with the next reading."""
+        self._counters: Optional[Counters] = None
+        self.restarts = 0
+
+    @property
+    def counts(self) -> Tuple[int, int]:
+        """Return the left and right pulses at the last reading."""
+        return (0, 0) if self._counters is None else self._counters.total[1:]
+
+    def read(self, stamp_ns: int, left_count: int, right_count: int) -> Tuple[int, int, int]:
+        """Return the stamp, and the left and right pulses, at a reading later than the one before."""
+        before = self._counters
+        if before is None:
+            self._counters = first_counters(self._limits, stamp_ns, left_count, right_count)
+        else:
+            self._counters, cause = next_counters(self._limits, before, stamp_ns, left_count, right_count)
+            if cause:
+                self.restarts += 1
+                text = restart_text(self._limits, before, self._counters, cause)
+                log.warning('%s: taken as a counter restart, the pose is kept', text, extra=EVENT)
+        return self._counters.total
 
 
 @compiled(nogil=True)

@@ -12,7 +12,7 @@ import numpy as np
 from diff_encoder_sim.base.errors import EVENT
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, base_of_axle, move_along_arc
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
-from diff_encoder_sim.wheels.counter import Counters, first_counters, next_counters, restart_text
+from diff_encoder_sim.wheels.counter import PulseTotals
 from diff_encoder_sim.wheels.covariance import (
     NO_ERRORS,
     PULSE_VARIANCE,
@@ -140,7 +140,7 @@ class WheelOdometry:
 
     def __init__(self, params: OdometryParams) -> None:
         self.params = params
-        self._limits, self._m_per_pulse = params.counter_limits, params.m_per_pulse
+        self._pulses, self._m_per_pulse = PulseTotals(params.counter_limits), params.m_per_pulse
         self._geometry_std = params.geometry_std
         self._noise, self._curve_noise = params.travel_variance, params.curve_noise or 0.0
         self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
@@ -148,8 +148,7 @@ class WheelOdometry:
 
     def reset(self) -> None:
         """Return to pose zero; the next report with a new stamp is the start."""
-        self._counters: Optional[Counters] = None
-        self.restarts = 0  # of counters
+        self._pulses.reset()
         # Of the readings that the twist spans: stamp, left and right pulses since the start.
         self._totals: Deque[Tuple[int, int, int]] = deque(maxlen=self.params.velocity_window + 1)
         self._twists, self._pull = TwistEstimator(self.params), LateralAcceleration(self.params.wheel_separation)
@@ -163,7 +162,12 @@ class WheelOdometry:
     @property
     def counts(self) -> Tuple[int, int]:
         """Return the left and right pulses since the start, across wraps and restarts of the counters."""
-        return (0, 0) if self._counters is None else self._counters.total[1:]
+        return self._pulses.counts
+
+    @property
+    def restarts(self) -> int:
+        """Return the number of restarts of the counters."""
+        return self._pulses.restarts
 
     def update(
         self, stamp_ns: int, left_count: int, right_count: int, wheel_rates_radps: Optional[WheelRates] = None
@@ -186,17 +190,10 @@ class WheelOdometry:
             stamp_s = stamp_ns / NANOSECONDS_PER_SECOND
             log.warning('encoder stamps went back to %.3f s: odometry restarted at pose zero', stamp_s, extra=EVENT)
             self.reset()
-        before = self._counters
-        if before is None:
-            self._counters = first_counters(self._limits, stamp_ns, left_count, right_count)
-        else:
-            self._counters, cause = next_counters(self._limits, before, stamp_ns, left_count, right_count)
-            if cause:
-                self.restarts += 1
-                text = restart_text(self._limits, before, self._counters, cause)
-                log.warning('%s: taken as a counter restart, the pose is kept', text, extra=EVENT)
-            self._integrate(before.total, self._counters.total)
-        self._totals.append(self._counters.total)
+        totals = self._pulses.read(stamp_ns, left_count, right_count)
+        if self._totals:
+            self._integrate(self._totals[-1], totals)
+        self._totals.append(totals)
         return self._estimate(stamp_ns, wheel_rates_radps)
 
     def _integrate(self, before: Tuple[int, int, int], after: Tuple[int, int, int]) -> None:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.imu import ImuParams
 from diff_encoder_sim.localization.fusion import FusionParams, WheelErrors, WheelGyroFilter
 from fusion_drives import DEG, IMUS, REST_S, SEPARATION_M, TICK_S, end_of, measured
@@ -157,39 +157,12 @@ def test_a_base_off_the_axle_moves_sideways_in_turns():
     assert made.estimate.pose == pytest.approx([0.2, -0.2, 0.5 * math.pi], abs=0.03)
 
 
-@pytest.mark.parametrize('rate', [math.nan, math.inf, -math.inf])
-def test_a_rate_that_is_no_number_is_dropped(rate):
+def test_a_late_rate_corrects_the_current_speed():
     made = started()
     drive_straight(made, 1.0)
-    before = made.estimate
-    with pytest.raises(InputFault, match=r'^angular velocity .*allowed: finite'):
-        made.take_gyro(round(1.01 * SECOND_NS), rate)
-    for old, new in zip(before, made.estimate):
-        assert np.array_equal(old, new)
-
-
-def test_stale_stamps_are_dropped_and_late_rates_used():
-    made = started()
-    drive_straight(made, 1.0)
-    for stamp_s in (1.0, 0.9):
-        with pytest.raises(InputFault, match=r'^angular velocity at .* s; allowed: later'):
-            made.take_gyro(round(stamp_s * SECOND_NS), 0.0)
-        with pytest.raises(InputFault, match=r'^counts at .* s; allowed: later'):
-            made.take_counts(round(stamp_s * SECOND_NS), 0, 0)
     made.take_counts(round(1.05 * SECOND_NS), 52, 52)
     made.take_gyro(round(1.03 * SECOND_NS), 0.0)
     assert made.estimate.stamp_ns == round(1.05 * SECOND_NS)
-
-
-def test_time_that_jumps_back_resets_it_with_a_warning(caplog):
-    made = started()
-    drive_straight(made, 3.0)
-    made.take_gyro(SECOND_NS, 0.0)
-    assert 'went back to 1.000 s' in caplog.text
-    made.take_counts(SECOND_NS, 7, 7)
-    assert (made.estimate.pose == 0.0).all()
-    drive_straight(made, 2.0, 1.0)
-    assert made.estimate.pose[0] == pytest.approx(1.43, abs=0.06)
 
 
 def test_the_world_is_the_odom_frame():

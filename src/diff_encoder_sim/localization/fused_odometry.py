@@ -1,0 +1,174 @@
+"""Odometry of wheels and a gyroscope: counters and samples of an IMU in any order of arrival, estimates at reports."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections import deque
+from typing import Deque, List, Optional, Set, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.base.errors import EVENT
+from diff_encoder_sim.base.imu import ImuParams
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
+from diff_encoder_sim.localization.fusion import FusionParams, WheelErrors, WheelGyroFilter
+from diff_encoder_sim.wheels.counter import PulseTotals
+from diff_encoder_sim.wheels.covariance import PlanarCovariance
+from diff_encoder_sim.wheels.odometry import OdometryEstimate, TwistCovariance
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS, BoundarySampler
+
+log = logging.getLogger(__name__)
+
+LARGEST_BIAS_STD = 5.0  # of the estimated bias, in standard deviations by the parameters of the gyroscope
+MOST_WAITING = 1000  # rates; older ones are dropped
+
+
+def wheel_errors(odometry: OdometryParams) -> WheelErrors:
+    """Return the geometry that odometry assumes, and its uncertainty."""
+    std = odometry.geometry_std
+    geometry = std.distance, std.turn, std.diameter_difference, odometry.axle_x
+    return WheelErrors(odometry.m_per_pulse, odometry.wheel_separation, odometry.travel_variance, *geometry)
+
+
+class FusedOdometry:
+    """Fuses reports of the counters and samples of an IMU; the first report is at pose zero.
+
+    A report waits until all samples that are due at its stamp have arrived, by their rate and latency, so that the
+    order of arrival does not change the estimates. Faulty samples are dropped with one warning for each cause: odometry
+    continues with the wheels, and uses the gyroscope again from the next good sample, or after a wrong bias from the
+    next reset. Without reports it continues with the gyroscope for `wheel_timeout`, and then reports no motion.
+    """
+
+    def __init__(self, params: FusionParams, odometry: OdometryParams, imu: ImuParams) -> None:
+        self._params, self._axle_x_m = params, odometry.axle_x
+        self._frames = list(dict.fromkeys((params.base_link_frame, imu.frame)))
+        self._latency_ns, self._due_after_ns = imu.latency_ns, imu.latency_ns + imu.period_ns
+        self._wheel_timeout_ns = round(params.wheel_timeout * NANOSECONDS_PER_SECOND)
+        self._gyro_timeout_ns = round(params.gyro_timeout * NANOSECONDS_PER_SECOND)
+        self._largest_bias_radps = LARGEST_BIAS_STD * math.hypot(imu.gyroscope.bias, imu.gyroscope.bias_drift)
+        self._pulses = PulseTotals(odometry.counter_limits)
+        self._filter = WheelGyroFilter(params, wheel_errors(odometry), imu)
+        self._warned: Set[str] = set()
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to pose zero; the next report is the start."""
+        self._pulses.reset()
+        self._filter.reset()
+        self._rates: Deque[Tuple[int, float]] = deque(maxlen=MOST_WAITING)
+        self._reports: Deque[Tuple[int, int, int]] = deque()  # that wait for rates
+        self._sampler = BoundarySampler(self._params.frequency)
+        self._of_wheels, self._of_imu = Timeline(LATE_REPORT_TOLERANCE_NS), Timeline(0)
+        self._rates_until_ns: Optional[int] = None  # reports before this time need no more rates
+        self._has_gyro, self._is_bias_wrong = True, False
+        self._estimate_ns = -1  # newest stamp
+
+    def take_imu(self, stamp_ns: int, frame: str, yaw_rate_radps: float) -> List[OdometryEstimate]:
+        """Process a sample, with the rate about the vertical axis; return the estimates that are due.
+
+        Its stamp also shows when reports are overdue.
+        """
+        cause, text = self._fault(stamp_ns, frame, yaw_rate_radps)
+        self._has_gyro = not cause
+        if cause:
+            self._warn_once(cause, f'IMU: {text}; continuing with the wheels')
+        else:
+            self._rates.append((stamp_ns, yaw_rate_radps))
+            self._rates_until_ns = stamp_ns + self._due_after_ns
+        return [*self._released(), *self._without_reports(stamp_ns)]
+
+    def take_counts(self, stamp_ns: int, left_count: int, right_count: int) -> List[OdometryEstimate]:
+        """Process a report of the counters, wrapped or not; return the estimates that are due.
+
+        Stale reports are ignored. A stamp that jumps back resets odometry with a warning.
+        """
+        step = self._of_wheels.advance(stamp_ns)
+        if step is Step.STALE:
+            return []
+        if step is Step.RESTART:
+            stamp_s = stamp_ns / NANOSECONDS_PER_SECOND
+            log.warning('encoder stamps went back to %.3f s: fusion restarted at pose zero', stamp_s, extra=EVENT)
+            self.reset()
+            self._of_wheels.advance(stamp_ns)
+        if self._rates_until_ns is None:
+            self._rates_until_ns = stamp_ns  # the first rates may still come
+        if self._has_gyro and stamp_ns - self._rates_until_ns > self._gyro_timeout_ns:
+            self._has_gyro = False
+            self._warn_once(
+                'silence', f'IMU: no sample for {self._params.gyro_timeout:g} s; continuing with the wheels'
+            )
+        self._reports.append(self._pulses.read(stamp_ns, left_count, right_count))
+        return self._released()
+
+    def _fault(self, stamp_ns: int, frame: str, yaw_rate_radps: float) -> Tuple[str, str]:
+        """Return why a sample is not used: the cause, and a text; empty if it is good."""
+        stamp_s, wheels_ns = stamp_ns / NANOSECONDS_PER_SECOND, self._of_wheels.newest_ns
+        if self._of_imu.advance(stamp_ns) is not Step.NEW:
+            return 'stamp', f'stamp {stamp_s:.3f} s; allowed: later than the one before'
+        if wheels_ns is not None and wheels_ns - stamp_ns > self._gyro_timeout_ns:
+            return 'age', f'stamp {stamp_s:.3f} s; allowed: up to {self._params.gyro_timeout:g} s before the counts'
+        if frame.lstrip('/') not in self._frames:
+            return 'frame', f'frame {frame!r}; allowed: {" or ".join(self._frames)}'
+        if not math.isfinite(yaw_rate_radps):
+            return 'rate', f'angular velocity {yaw_rate_radps} rad/s; allowed: finite numbers'
+        return ('bias', 'wrong bias') if self._is_bias_wrong else ('', '')
+
+    def _warn_once(self, cause: str, text: str) -> None:
+        if cause not in self._warned:
+            self._warned.add(cause)
+            log.warning('%s (reported once)', text, extra=EVENT)
+
+    def _released(self) -> List[OdometryEstimate]:
+        """Process the reports that wait for no more rates."""
+        estimates: List[OdometryEstimate] = []
+        while self._reports and not (self._has_gyro and self._reports[0][0] >= (self._rates_until_ns or 0)):
+            stamp_ns, left, right = self._reports.popleft()
+            self._pass_rates(stamp_ns - self._latency_ns)
+            self._filter.take_counts(stamp_ns, left, right)
+            estimates += self._due(stamp_ns)
+        return estimates
+
+    def _without_reports(self, stamp_ns: int) -> List[OdometryEstimate]:
+        """Return an estimate without motion if reports are overdue at this time."""
+        wheels_ns = self._of_wheels.newest_ns
+        if wheels_ns is None or self._reports or stamp_ns - wheels_ns <= self._wheel_timeout_ns:
+            return []
+        self._warn_once(
+            'wheels', f'no counts for {self._params.wheel_timeout:g} s; reporting no motion until they come'
+        )
+        self._pass_rates(stamp_ns)
+        self._filter.take_time(stamp_ns)
+        return self._due(stamp_ns)
+
+    def _pass_rates(self, until_ns: int) -> None:
+        while self._rates and self._rates[0][0] <= until_ns:
+            self._filter.take_gyro(*self._rates.popleft())
+
+    def _due(self, stamp_ns: int) -> List[OdometryEstimate]:
+        """Return the estimate, or none before the end of the period; check the bias."""
+        fused = self._filter.estimate
+        bias_radps = float(fused.gyro_bias_radps)
+        if not self._is_bias_wrong and abs(bias_radps) > self._largest_bias_radps > 0.0:
+            self._is_bias_wrong, self._has_gyro = True, False
+            self._rates.clear()
+            given = f'IMU: estimated bias {bias_radps:.3g} rad/s; allowed: up to {self._largest_bias_radps:.3g} rad/s'
+            self._warn_once('bias', f'{given}; continuing with the wheels until a reset')
+        if stamp_ns <= self._estimate_ns or self._sampler.period_index(stamp_ns) is None:
+            return []
+        self._estimate_ns = stamp_ns
+        of_pose, of_twist = fused.pose_covariance, fused.twist_covariance
+        linear_mps, angular_radps = fused.twist.tolist()
+        return [
+            OdometryEstimate(
+                stamp_ns,
+                Pose2D(*fused.pose.tolist()),
+                linear_mps,
+                angular_radps,
+                PlanarCovariance(*of_pose[np.triu_indices(3)].tolist()),
+                TwistCovariance(*of_twist[np.triu_indices(2)].tolist()),
+                0.0 - self._axle_x_m * angular_radps,  # never -0.0
+            )
+        ]
