@@ -8,6 +8,7 @@ import numpy as np
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.calibration.estimation import ReferencedDrive
 from diff_encoder_sim.drives.reference import Reference
+from diff_encoder_sim.simulation.slip import extra_travel
 
 WHEEL_HZ = 50.0
 BORDER_S = 1.0  # without reference, at both ends
@@ -29,6 +30,8 @@ class TrueRobot(NamedTuple):
     noise_rad: float = 0.005
     counts: int = 4096
     reference_hz: float = 10.0
+    slip_by_acceleration: float = 0.0
+    slip_by_lateral_acceleration: float = 0.0
 
     @property
     def parameters(self):
@@ -77,13 +80,14 @@ def referenced_drive(robot, rng, duration_s=300.0, speeds=None, has_yaw=True, na
     samples, half_m = len(forward_mps), 0.5 * robot.wheel_separation_m
     rims_m = np.column_stack((forward_mps - half_m * turning_radps, forward_mps + half_m * turning_radps)) / WHEEL_HZ
     radii_m = 0.5 * np.array(robot[:2])
-    angles_rad = rng.uniform(0.0, 2.0 * math.pi, 2) + np.cumsum(rims_m / radii_m, axis=0)
+    times_s, rolled_m = np.arange(1, samples + 1) / WHEEL_HZ, np.cumsum(rims_m, axis=0)
+    turned_m = rolled_m + extra_travel(robot[-2:], times_s, rolled_m, robot.wheel_separation_m)
+    angles_rad = rng.uniform(0.0, 2.0 * math.pi, 2) + turned_m / radii_m
     travels_m = rims_m + rng.normal(size=(samples, 2)) * np.sqrt(robot.slip_m2_per_m * abs(rims_m))
     turns_rad = np.diff(travels_m, axis=1)[:, 0] / robot.wheel_separation_m
     turns_rad += rng.normal(size=samples) * np.sqrt(robot.slip_rad2_per_rad * abs(turning_radps) / WHEEL_HZ)
     yaws_rad = np.cumsum(turns_rad)
     steps = travels_m.mean(axis=1) * np.exp(1j * (yaws_rad - 0.5 * turns_rad))
-    times_s = np.arange(1, samples + 1) / WHEEL_HZ
     count_rad = 2.0 * math.pi / robot.counts
     counted_rad = (np.floor(angles_rad / count_rad) + 0.5) * count_rad
     at_s = np.arange(BORDER_S, times_s[-1] - BORDER_S, 1.0 / robot.reference_hz) + rng.uniform(0.0, 1.0 / WHEEL_HZ)

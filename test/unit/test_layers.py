@@ -23,7 +23,7 @@ MAY_IMPORT = {
     'drives': 'base wheels localization simulation navigation',
     'trials': 'base wheels robots localization simulation navigation drives',
     'analysis': 'base wheels localization drives trials',
-    'calibration': 'base localization drives analysis',
+    'calibration': 'base localization simulation drives analysis',
     'conformance': 'base drives analysis',
     'advice': 'base wheels robots simulation navigation drives trials analysis',
     'api': 'base wheels robots localization simulation drives trials analysis calibration conformance advice',

@@ -375,8 +375,8 @@ class DriveDraws:
 
     def _slip_by_motion(self) -> np.ndarray:
         """Return (n, 2) what the wheels turn beyond rolling [m], by the slip by motion; ends and geometry vary less."""
-        rolled = self.drive.rolled
-        return extra_travel(self.robot.errors.slip, rolled.times_s, rolled.ways_m, rolled.separation_m)[self._rows]
+        by_motion, rolled = self.robot.errors.slip.by_motion, self.drive.rolled
+        return extra_travel(by_motion, rolled.times_s, rolled.ways_m, rolled.separation_m)[self._rows]
 
     def _turned(self, ways_m: np.ndarray, first: int, amounts: Amounts) -> np.ndarray:
         """Return the (draws, n, 2) wheel angles since the start [rad]."""

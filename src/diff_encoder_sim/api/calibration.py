@@ -114,7 +114,8 @@ def _by_reference(options: CalibrateOptions, robot: RecordedRobot, recorded: Seq
     if nominal is None and options.unit.startswith('m'):
         raise ConfigError(f'--unit: given {options.unit} without the diameter it was computed with; expected --robot')
     drives = list(referenced(recorded))
-    found = _of_robot(estimation.calibrate(drives, nominal), nominal, robot.odometry.axle_x)
+    calibrated = estimation.calibrate(drives, nominal, has_slip_by_motion=options.slip_by_motion)
+    found = _of_robot(calibrated, nominal, robot.odometry.axle_x)
     notes = [f'{each.path}: {note}' for each in recorded for note in each.notes]
     yaw = found.values.get('reference_yaw_rad')
     if yaw and math.cos(yaw.value) < 0.0:
@@ -122,6 +123,8 @@ def _by_reference(options: CalibrateOptions, robot: RecordedRobot, recorded: Seq
             f'the reference looks backward (yaw {math.degrees(yaw.value):.0f} degrees); if it does not, the wheels are '
             'swapped and reversed: give the other wheel first, and --reversed left right'
         )
+    if found.support and len(found.unsupported) == len(found.support):
+        notes.append('the drives do not support slip by motion; calibrate without --slip-by-motion')
     predictions: List[Prediction] = []
     try:
         predictions += cross_predictions(drives, nominal, found.parameters)

@@ -228,6 +228,7 @@ class CalibrateOptions(SourceOptions):
     )
     json: Optional[Path] = option(None, 'write all results as JSON (docs/file_formats.md)', 'FILE')
     csv: Sequence[Path] = option((), 'tables in place of bags; their delimiter is detected', 'FILE', group=NO_ANGLES)
+    slip_by_motion: bool = option(False, 'estimate slip by longitudinal and lateral acceleration, too')
     umbmark: bool = option(False, 'report E_b, E_d and E_max,syst of squares in both directions', group=SQUARES)
     ends: Optional[Path] = option(None, 'table in place of drives: cw or ccw, x, y [m]', 'FILE', group=SQUARES)
     side: float = option(4.0, 'side of the squares of --ends, in metres', 'M', LENGTH, SQUARES)

@@ -28,6 +28,11 @@ SHOWN = {  # value: text, unit
     'slip_m2_per_m': ('slip of a wheel, std after 1 m', 'mm'),
     'slip_rad2_per_rad': ('slip of turns, std after 1 rad', 'deg'),
 }
+BY_MOTION = {
+    'slip_by_acceleration': 'slip per acceleration',
+    'slip_by_lateral_acceleration': 'slip per lateral acceleration',
+}
+SUPPORTED = 'AIC: minus that without this slip; supported: by the ratio of likelihoods, at 5 %.'
 OF_SCALE = np.array([0.5, 0.5, 0.0])  # of the logarithms of left diameter, right diameter and separation
 NOT_DETERMINED = 0.2  # relative, half of an interval
 AXES = {'along': 'mm', 'across': 'mm', 'heading': 'deg'}
@@ -48,6 +53,10 @@ def calibration_tables(found: Calibration, predictions: Sequence[Prediction]) ->
     """Yield values, disturbances and predictions."""
     rows = [[text, unit, *_value_texts(found, name)] for name, (text, unit) in SHOWN.items() if name in found.values]
     yield TextTable('Robot', ['', 'unit', 'value', '95 % from', 'to'], rows)
+    if found.support:
+        rows = [[text, *_by_motion_texts(found, name)] for name, text in BY_MOTION.items()]
+        heads = ['[1/(m/s^2)]', 'value', '95 % from', 'to', 'AIC', 'supported']
+        yield TextTable('Slip by motion', heads, rows, SUPPORTED)
     if found.disturbances:
         rows = [[each.drive, kind_of(each), f'{each.start_s:.1f} to {each.end_s:.1f}'] for each in found.disturbances]
         yield TextTable('Disturbances', ['drive', 'disturbance', 'time [s]'], rows)
@@ -56,6 +65,12 @@ def calibration_tables(found: Calibration, predictions: Sequence[Prediction]) ->
         note = prediction_note(found.disturbances, predictions)
         heads = ['drive', 'error', 'length [m]', 'before', 'observed', '90 % from', 'to', 'inside']
         yield TextTable('Prediction', heads, rows, '\n'.join(filter(None, [PREDICTED, note])))
+
+
+def _by_motion_texts(found: Calibration, name: str) -> List[str]:
+    value, (low, high) = found.values[name]
+    numbers = [f'{number:.4f}' for number in (value, low, high)]
+    return [*numbers, f'{2.0 - 2.0 * found.support[name]:+.1f}', 'no' if name in found.unsupported else 'yes']
 
 
 def _value_texts(found: Calibration, name: str) -> List[str]:
@@ -118,6 +133,7 @@ def calibration_json(found: Calibration, predictions: Sequence[Prediction]) -> D
     """Return all but the fits for a JSON file; vectors are along, across and heading [m, m, rad]."""
     content = {
         **{name: each._asdict() for name, each in found.values.items()},
+        **({'support': found.support} if found.support else {}),
         'undetermined': found.undetermined,
         'disturbances': [each._asdict() for each in found.disturbances],
         'predictions': [

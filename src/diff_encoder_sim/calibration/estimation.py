@@ -19,7 +19,7 @@ from diff_encoder_sim.drives.reference import Reference
 
 special = deferred('scipy.special')
 
-LEVEL = 0.95
+LEVEL, BY_CHANCE = 0.95, 0.05
 SHORTEST_S, LEAST_PATH_M = 10.0, 0.5  # of a drive; a path of the wheels
 DIAMETERS_M = 0.005, 2.0  # of wheels; others follow from a wrong unit
 FASTEST_RADPS = 200.0  # of a wheel; more is a wrap of the counter
@@ -92,12 +92,21 @@ class Calibration(NamedTuple):
     undetermined: List[str]  # names of values that the drives do not determine
     disturbances: List[Disturbance]
     fits: List[Fit]
-    parameters: np.ndarray  # (14,) by likelihood.NAMES
+    parameters: np.ndarray  # (14,) by likelihood.NAMES, or (16,) with slip by motion
     uncertainty: Uncertainty
+    support: Dict[str, float]  # of each slip by motion: gain of the log-likelihood against 0; {} if not estimated
+
+    @property
+    def unsupported(self) -> List[str]:
+        """Return the slips by motion that the drives do not support: by the ratio of likelihoods, at 5 %."""
+        return [name for name, gain in self.support.items() if special.chdtrc(1.0, 2.0 * max(0.0, gain)) > BY_CHANCE]
 
 
 def calibrate(
-    drives: Sequence[ReferencedDrive], nominal: Optional[WheelGeometry] = None, near: Optional[np.ndarray] = None
+    drives: Sequence[ReferencedDrive],
+    nominal: Optional[WheelGeometry] = None,
+    near: Optional[np.ndarray] = None,
+    has_slip_by_motion: bool = False,
 ) -> Calibration:
     """Estimate a robot's geometry, place and delay of the reference sensor, and slip, from all drives together.
 
@@ -106,7 +115,7 @@ def calibrate(
     """
     whole = [track_of(each) for each in drives]
     guesses = [guess_of(each.name, track, nominal) for each, track in zip(drives, whole)]
-    start = _start(whole, guesses, nominal)
+    start = np.append(_start(whole, guesses, nominal), [0.0, 0.0] if has_slip_by_motion else [])
     free = likelihood.free_parameters(whole, start)
     start[free] = (start if near is None else near)[free]
     parameters, parts = _fitted([track.without_gaps() for track in whole], start, near is None)
@@ -116,6 +125,8 @@ def calibrate(
                 f'{each.name}: given no {SHORTEST_PIECE_S:g} s without a disturbance; allowed: a steadier one'
             )
     tracks = [track for of_drive in parts for track in of_drive]
+    names = NAMES[likelihood.BY_MOTION] if has_slip_by_motion and near is None else ()
+    support = {name: likelihood.support_of(tracks, parameters, INDEX[name]) for name in names}
     parameters = likelihood.uncertainty_at(tracks, parameters).restricted(parameters)
     uncertainty = likelihood.uncertainty_at(tracks, parameters)
     # Errors of the geometry that no residual shows: of lengths that are nominal, and of the reference's scale.
@@ -128,7 +139,7 @@ def calibrate(
     both = (each[GEOMETRY, GEOMETRY] for each in (uncertainty.expected, uncertainty.observed))
     geometry = max(both, key=lambda each: float(each[0, 0] + each[1, 1] - 2.0 * each[0, 1]))  # of the ratio of radii
     geometry = geometry + hidden_errors.T @ hidden_errors
-    return Calibration(values, geometry, undetermined, disturbances, fits, parameters, uncertainty)
+    return Calibration(values, geometry, undetermined, disturbances, fits, parameters, uncertainty, support)
 
 
 def track_of(drive: ReferencedDrive) -> Track:
@@ -268,7 +279,8 @@ def _values(
     parameters: np.ndarray, uncertainty: Uncertainty, hidden_errors: np.ndarray
 ) -> Tuple[Dict[str, Estimated], List[str]]:
     """Return the values by name, and the names of those that are not determined; (k, 3) errors of the geometry."""
-    combinations = {name: np.eye(len(NAMES))[INDEX[name]] for name in NAMES[:9]}
+    by_motion = NAMES[likelihood.BY_MOTION.start : len(parameters)]
+    combinations = {name: np.eye(len(parameters))[INDEX[name]] for name in (*NAMES[:9], *by_motion)}
     left, right, separation = (combinations[name] for name in NAMES[:3])
     combinations['radius_ratio'] = right - left
     combinations['radius_per_separation'] = left - separation  # of the diameter, halved below
@@ -283,7 +295,7 @@ def _values(
         std = math.hypot(math.sqrt(variance), *(hidden_errors @ row[GEOMETRY]))
         half = reach_of(LEVEL, uncertainty.freedom(row)) * std
         low, high = centre - half, centre + half
-        if name not in NAMES[3:7]:
+        if name not in (*NAMES[3:7], *by_motion):
             centre, low, high = math.exp(centre), math.exp(low), math.exp(high)
         scale = 0.5 if name == 'radius_per_separation' else 1.0
         values[name] = Estimated(scale * centre, (scale * low, scale * high))
@@ -324,9 +336,10 @@ def _fit(
 
 
 def with_geometry(parameters: np.ndarray, geometry: WheelGeometry) -> np.ndarray:
-    """Return the parameters with other wheels and separation."""
+    """Return the parameters with other wheels and separation, without slip by motion."""
     changed = parameters.copy()
     changed[GEOMETRY] = np.log(geometry)
+    changed[likelihood.BY_MOTION] = 0.0
     return changed
 
 

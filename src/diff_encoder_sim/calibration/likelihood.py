@@ -15,31 +15,34 @@ import numpy as np
 
 from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.calibration.pose_filter import ROBUST_BEYOND_STD, filter_poses
+from diff_encoder_sim.simulation.slip import extra_travel
 
 WINDOW_S, PARTS = 2.0, 4  # of a window; the robot's slip within a window is that between its parts
 
-# The parameters, in this order: logarithms of what is positive.
+# The parameters, in this order: logarithms of what is positive. The last two only if slip by motion is estimated.
 NAMES = (
     *('left_wheel_diameter_m', 'right_wheel_diameter_m', 'wheel_separation_m'),
     *('reference_x_m', 'reference_y_m', 'reference_yaw_rad', 'reference_delay_s'),
     *('slip_m2_per_m', 'slip_rad2_per_rad'),
     *('white_std', 'white_yaw_std', 'slow_std', 'slow_yaw_std', 'slow_time_constant_s'),
+    *('slip_by_acceleration', 'slip_by_lateral_acceleration'),
 )
 INDEX = {name: index for index, name in enumerate(NAMES)}
 OF_YAW = [INDEX[name] for name in ('reference_yaw_rad', 'white_yaw_std', 'slow_yaw_std')]
-GEOMETRY, NOISE = slice(0, 3), slice(7, 14)
+GEOMETRY, NOISE, BY_MOTION = slice(0, 3), slice(7, 14), slice(14, 16)
 
 # Weak knowledge (normal, of logarithms where the parameter has one), which only keeps what a drive does not determine
 # near a usual value. Diameters and separation: about their first guess. Slip: 1.7 mm after 1 m, 0.2 deg after 1 rad,
 # by up to a factor of 7; short drives confuse it with slow errors of the reference, which would narrow the intervals.
-USUAL = np.array([0.0] * 7 + [math.log(3e-6), math.log(1e-5), 0.0, 0.0, -3.0, -3.0, math.log(2.0)])
-SPREAD = np.array([1.0, 1.0, 0.7, 1.0, 1.0, 10.0, 0.5, 2.0, 2.0, 3.0, 3.0, 1.5, 1.5, 1.5])
-POWERS = np.array([0.0] * 7 + [1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 0.0])  # of exp(parameter) in variances
-STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4, 1e-4, 1e-4, 1e-3, *[1e-2] * 7])  # of numerical derivatives
+USUAL = np.array([0.0] * 7 + [math.log(3e-6), math.log(1e-5), 0.0, 0.0, -3.0, -3.0, math.log(2.0), 0.0, 0.0])
+SPREAD = np.array([1.0, 1.0, 0.7, 1.0, 1.0, 10.0, 0.5, 2.0, 2.0, 3.0, 3.0, 1.5, 1.5, 1.5, 0.1, 0.1])
+POWERS = np.array([0.0] * 7 + [1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0])  # of exp(parameter) in variances
+STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4, 1e-4, 1e-4, 1e-3, *[1e-2] * 7, 1e-3, 1e-3])  # of numerical derivatives
 
 LEAST_STD = 5e-4  # [m, rad] of a window: interpolation between samples, and physics, are not better
 UNSTATED_STD = 0.01  # [m, rad] unit of the noise of a reference that states no covariance
 NOISE_STEP = 0.1  # of logarithms
+SPEEDS_EVERY_S = 0.2  # for slip by motion: counts within shorter times are too few for a speed
 
 # Parameters of a climb, and the gain of the log-likelihood that ends it: first without the noise, then with all;
 # less changes no parameter by a tenth of its interval.
@@ -130,7 +133,7 @@ class Track:
 
     def motions(self, parameters: np.ndarray, at_s: np.ndarray) -> np.ndarray:
         """Return (m, 6) `motions` of `filter_poses` at times of the drive."""
-        left_m, right_m = (0.5 * np.exp(parameters[:2]) * self.angles_rad).T
+        left_m, right_m = self._travels(parameters).T
         steps_m = np.diff(np.stack((left_m, right_m)), axis=1, prepend=np.array([left_m[:1], right_m[:1]]))
         yaw_rad = (right_m - left_m) / math.exp(parameters[2])
         turns_rad = np.diff(yaw_rad, prepend=yaw_rad[:1])
@@ -138,6 +141,18 @@ class Track:
         middle_rad = yaw_rad - 0.5 * turns_rad - yaw_rad[0]
         paths = (chord_m * np.cos(middle_rad), chord_m * np.sin(middle_rad), turns_rad, *abs(steps_m), abs(turns_rad))
         return np.column_stack([np.interp(at_s, self.times_s, np.cumsum(path)) for path in paths])
+
+    def _travels(self, parameters: np.ndarray) -> np.ndarray:
+        """Return the (n, 2) distances rolled by the left and the right wheel [m]."""
+        travels_m = 0.5 * np.exp(parameters[:2]) * self.angles_rad
+        by_acceleration, by_lateral_acceleration = parameters[BY_MOTION] if len(parameters) > NOISE.stop else (0.0, 0.0)
+        if not (by_acceleration or by_lateral_acceleration):
+            return np.asarray(travels_m)
+        rows = np.unique(np.floor(self.times_s / SPEEDS_EVERY_S), return_index=True)[1]
+        by_motion, separation_m = (by_acceleration, by_lateral_acceleration), math.exp(parameters[2])
+        extra_m = extra_travel(by_motion, self.times_s[rows], travels_m[rows], separation_m)
+        more_m = [np.interp(self.times_s, self.times_s[rows], each) for each in extra_m.T]
+        return np.asarray(travels_m - np.column_stack(more_m))
 
     def errors(self, parameters: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """Return (m, 3) prediction errors and their variances, 0 and 1 of windows that are not used."""
@@ -156,7 +171,7 @@ class Track:
         self, parameters: np.ndarray, is_used: np.ndarray
     ) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return errors, variances, last state and covariance of `filter_poses`."""
-        path = (*parameters[GEOMETRY], parameters[INDEX['reference_delay_s']])
+        path = (*parameters[GEOMETRY], parameters[INDEX['reference_delay_s']], *parameters[BY_MOTION])
         if path not in self._paths:  # most derivatives are of other parameters
             self._paths = {} if len(self._paths) > len(NAMES) else self._paths  # 9 for all derivatives at a point
             self._paths[path] = self._sums_of_parts(parameters)
@@ -205,11 +220,11 @@ def free_parameters(tracks: Sequence[Track], parameters: np.ndarray) -> np.ndarr
         fixed = [*fixed, INDEX['wheel_separation_m']]
     elif all(track.turns_in_place for track in tracks):
         fixed = [*fixed, 0, 1]  # the diameters
-    return np.setdiff1d(np.arange(len(NAMES)), fixed)
+    return np.setdiff1d(np.arange(len(parameters)), fixed)
 
 
 def _log_likelihood(tracks: Sequence[Track], parameters: np.ndarray, centre: np.ndarray) -> float:
-    total = -0.5 * float((((parameters - centre) / SPREAD) ** 2).sum())
+    total = -0.5 * float((((parameters - centre) / SPREAD[: len(parameters)]) ** 2).sum())
     for track in tracks:
         errors, variances = track.errors(parameters)
         total -= 0.5 * float((errors**2 / variances + np.log(variances)).sum())
@@ -237,17 +252,19 @@ def _derivatives(track: Track, parameters: np.ndarray, free: np.ndarray) -> Tupl
     return scores.reshape(len(free), -1, 3).sum(axis=2), information
 
 
-def maximise(tracks: Sequence[Track], start: np.ndarray, is_rough: bool = False) -> np.ndarray:
-    """Climb to the maximum by Fisher scoring with Levenberg's damping; return the parameters."""
+def maximise(
+    tracks: Sequence[Track], start: np.ndarray, is_rough: bool = False, fixed: Sequence[int] = ()
+) -> np.ndarray:
+    """Climb to the maximum by Fisher scoring with Levenberg's damping; return the parameters, some of them `fixed`."""
     only, least_gain = ROUGHLY if is_rough else FINALLY
-    free = np.intersect1d(free_parameters(tracks, start), only)
-    centre = np.concatenate((start[GEOMETRY], USUAL[3:]))
+    free = np.setdiff1d(np.intersect1d(free_parameters(tracks, start), only), fixed)
+    centre = np.concatenate((start[GEOMETRY], USUAL[3 : len(start)]))
     parameters, damping, best = start.copy(), 1e-3, _log_likelihood(tracks, start, centre)
     powers = POWERS[free]
     for _ in range(MOST_STEPS):
         found = [_derivatives(track, parameters, free) for track in tracks]
         information = sum(each for _, each in found) + np.diag(SPREAD[free] ** -2)
-        slope = sum(scores.sum(axis=1) for scores, _ in found) - ((parameters - centre) / SPREAD**2)[free]
+        slope = sum(scores.sum(axis=1) for scores, _ in found) - (parameters - centre)[free] / SPREAD[free] ** 2
         gain = -math.inf
         while gain < 0.0 and damping < 1e6:
             step = np.linalg.solve(information + damping * np.diag(np.diag(information)), slope)
@@ -270,11 +287,11 @@ def maximise(tracks: Sequence[Track], start: np.ndarray, is_rough: bool = False)
 class Uncertainty:
     """How well the parameters are known at the maximum; matrices are 0 of what is not free.
 
-    Attributes:
-        expected: (14, 14) covariance, the inverse of the expected information: right if the noise is as modelled.
-        observed: (14, 14) covariance by the scatter of the scores of the windows, which are independent (Godambe's
+    Attributes, for k = 14 parameters, or 16 with slip by motion:
+        expected: (k, k) covariance, the inverse of the expected information: right if the noise is as modelled.
+        observed: (k, k) covariance by the scatter of the scores of the windows, which are independent (Godambe's
             sandwich): right for many windows.
-        by_noise: (7, 14, 14) derivatives of `expected` by the parameters of slip and noise, which are estimated, too.
+        by_noise: (7, k, k) derivatives of `expected` by the parameters of slip and noise, which are estimated, too.
     """
 
     expected: np.ndarray
@@ -290,7 +307,8 @@ class Uncertainty:
 
         At the maximum of the likelihood they are too small, as the geometry is fitted to the same data.
         """
-        fitted = np.ix_(*[np.flatnonzero(np.diag(self.expected)[: NOISE.start])] * 2)
+        of_motion = np.delete(np.arange(len(parameters)), NOISE)
+        fitted = np.ix_(*[of_motion[np.diag(self.expected)[of_motion] != 0.0]] * 2)
         information, changed = np.linalg.inv(self.expected[fitted]), parameters.copy()
         slopes = [0.5 * float((information * each[fitted]).sum()) for each in self.by_noise]
         changed[NOISE] += (self.expected[NOISE, NOISE] @ slopes).clip(-1.0, 1.0)
@@ -320,8 +338,8 @@ def uncertainty_at(tracks: Sequence[Track], parameters: np.ndarray) -> Uncertain
     expected = inverse_of(np.sum([information for _, information in found], axis=0))
     scatter = np.zeros_like(expected)
     scatter[np.ix_(free, free)] = np.diag(SPREAD[free] ** -2) + sum(scores @ scores.T for scores, _ in found)
-    by_noise = np.zeros((len(parameters) - NOISE.start, *expected.shape))
-    for place, index in enumerate(range(NOISE.start, len(parameters))):
+    by_noise = np.zeros((NOISE.stop - NOISE.start, *expected.shape))
+    for place, index in enumerate(range(NOISE.start, NOISE.stop)):
         if index in free:
             stepped = moved(parameters, index, NOISE_STEP)
             at_moved = inverse_of(np.sum([_derivatives(track, stepped, free)[1] for track in tracks], axis=0))
@@ -329,7 +347,13 @@ def uncertainty_at(tracks: Sequence[Track], parameters: np.ndarray) -> Uncertain
     return Uncertainty(expected, expected @ scatter @ expected, by_noise)
 
 
+def support_of(tracks: Sequence[Track], parameters: np.ndarray, index: int) -> float:
+    """Return by how much the maximum of the log-likelihood falls if a parameter is fixed at 0."""
+    without = maximise(tracks, moved(parameters, index, -parameters[index]), fixed=[index])
+    return _log_likelihood(tracks, parameters, parameters) - _log_likelihood(tracks, without, without)
+
+
 def warm_up() -> None:
     """Compile the kernels, or load them from numba's cache."""
     times_s, still = np.arange(5.0), np.zeros((5, 3))
-    Track(times_s, still[:, :2], times_s, still, np.tile(np.eye(3), (5, 1, 1)), np.zeros(2)).errors(USUAL)
+    Track(times_s, still[:, :2], times_s, still, np.tile(np.eye(3), (5, 1, 1)), np.zeros(2)).errors(USUAL[: NOISE.stop])

@@ -40,9 +40,10 @@ def cross_predictions(
     drives: Sequence[ReferencedDrive], nominal: Optional[WheelGeometry], near: np.ndarray
 ) -> List[Prediction]:
     """Predict each drive from all others; the second half of a single one from its first; `near` as in `calibrate`."""
+    has_slip = len(near) > NOISE.stop
     parts, tested = (drives, range(len(drives))) if len(drives) > 1 else (_halves(drives[0]), range(1, 2))
     return [
-        predict(estimation.calibrate([*parts[:at], *parts[at + 1 :]], nominal, near), parts[at], nominal)
+        predict(estimation.calibrate([*parts[:at], *parts[at + 1 :]], nominal, near, has_slip), parts[at], nominal)
         for at in tested
     ]
 

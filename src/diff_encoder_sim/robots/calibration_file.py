@@ -16,6 +16,8 @@ Number = Annotated[float, Between(-1e6, 1e6)]
 NotNegative = Annotated[float, Between(0.0, 1e6)]
 RelativeCovariance = Annotated[float, Between(-1.0, 1.0)]
 
+SLIP_BY_MOTION = 'simulator.wheel_errors.slip'
+
 # Parameters of odometry: relative errors of distances, turns and the diameters' difference, by the errors of left
 # diameter, right diameter and separation.
 _ERRORS = {'distance_std': (0.5, 0.5, 0.0), 'turn_std': (0.5, 0.5, -1.0), 'diameter_difference_std': (-1.0, 1.0, 0.0)}
@@ -62,6 +64,12 @@ class CalibrationParams(Params):
     reference_delay_s: Estimate = Field(description='positive if the reference reports the pose of an earlier time [s]')
     slip_m2_per_m: Magnitude = Field(description="variance of a wheel's travel per metre of it [m^2/m]")
     slip_rad2_per_rad: Magnitude = Field(description='extra variance of the heading per radian turned [rad^2/rad]')
+    slip_by_acceleration: Optional[Estimate] = Field(
+        None, description='slip per longitudinal acceleration of a wheel, if estimated [1/(m/s^2)]'
+    )
+    slip_by_lateral_acceleration: Optional[Estimate] = Field(
+        None, description='likewise of the outer wheel per lateral acceleration, less of the inner one [1/(m/s^2)]'
+    )
     geometry_covariance: List[List[RelativeCovariance]] = Field(
         description='of the logarithms of left diameter, right diameter and separation'
     )
@@ -76,6 +84,12 @@ class CalibrationParams(Params):
         if not np.allclose(matrix, matrix.T, atol=rounding) or np.linalg.eigvalsh(matrix).min() < -rounding:
             raise ValueError('3 rows of 3, symmetric and positive semidefinite')
         return rows
+
+    @property
+    def slip_by_motion(self) -> Dict[str, float]:
+        """Return the slip by motion as parameters of the simulator, by dotted keys."""
+        found = {'acceleration': self.slip_by_acceleration, 'lateral_acceleration': self.slip_by_lateral_acceleration}
+        return {f'{SLIP_BY_MOTION}.{key}': estimate.value for key, estimate in found.items() if estimate}
 
     def settings(self) -> Dict[str, Any]:
         """Return the parameters of odometry by dotted keys, without diameters or separation that are undetermined."""

@@ -278,10 +278,13 @@ def calibrated_robot_text(
     `base`. The calibrated wheels are also those that are simulated, unless the robot of the drives `is_simulated` or
     `base` has errors of its geometry: then the odometry of a simulated robot is calibrated, which stays as it is.
     """
-    found = CalibrationParams.from_mapping(calibration, 'calibration').settings() if calibration else {}
+    calibrated = CalibrationParams.from_mapping(calibration, 'calibration') if calibration else None
+    found, by_motion = (calibrated.settings(), calibrated.slip_by_motion) if calibrated else ({}, {})
     values = {**base.overrides, **found, **settings}
     errors = [key for key, value in base.overrides.items() if key.startswith('simulator.wheel_errors.') and value]
-    if base.urdf is not None and not is_simulated and not {*errors} - {SLIP}:
+    is_simulated = is_simulated or bool({*errors} - {SLIP, *by_motion})
+    values.update({} if is_simulated else by_motion)
+    if base.urdf is not None and not is_simulated:
         wheels = ('wheel_diameter', 'wheel_separation')
         values.update({f'simulator.{key}': values[f'config.{key}'] for key in wheels if f'config.{key}' in values})
         values.update({SLIP: values['config.motion_noise']} if found else {})

@@ -58,6 +58,11 @@ class SlipParams(Params):
         1.0, 'mean distance of a wheel between two bumps, exponentially distributed [m]'
     )
 
+    @property
+    def by_motion(self) -> Tuple[float, float]:
+        """Return the slip per longitudinal and per lateral acceleration [1/(m/s^2)]."""
+        return self.acceleration, self.lateral_acceleration
+
 
 class WheelErrorParams(Params):
     """Errors of the true robot against the nominal one; left out, there are none."""
@@ -125,29 +130,32 @@ class Floor(NamedTuple):
 
 
 def slips_by_motion(
-    params: SlipParams, speeds_mps: Any, accelerations_mps2: Any, separation_m: float
+    by_motion: Tuple[float, float], speeds_mps: Any, accelerations_mps2: Any, separation_m: float
 ) -> Tuple[Any, Any]:
     """Return how far the left and the right wheel turn forward beyond their rolling, per distance rolled.
 
-    Arguments are pairs, left and right, of numbers or arrays. A tyre slips in proportion to its longitudinal force
-    (Pacejka, Tire and Vehicle Dynamics, 2012, section 1.2.1). The forces of both wheels accelerate the mass m, and in a
-    curve they balance the moment m c v omega of the lateral force at the axle, if the centre of mass is c ahead of it:
-    m c v omega / L on the outer wheel, and the opposite on the inner one. So `lateral_acceleration` of a robot is its
-    `acceleration` times 2 c / L.
+    `by_motion` is `SlipParams.by_motion`; speeds and accelerations are pairs, left and right, of numbers or arrays. A
+    tyre slips in proportion to its longitudinal force (Pacejka, Tire and Vehicle Dynamics, 2012, section 1.2.1). The
+    forces of both wheels accelerate the mass m, and in a curve they balance the moment m c v omega of the lateral force
+    at the axle, if the centre of mass is c ahead of it: m c v omega / L on the outer wheel, and the opposite on the
+    inner one. So `lateral_acceleration` of a robot is its `acceleration` times 2 c / L.
     """
+    by_acceleration, by_lateral_acceleration = by_motion
     left_mps, right_mps = speeds_mps
-    by_curve = params.lateral_acceleration * (right_mps**2 - left_mps**2) / (2.0 * separation_m)  # v omega
+    by_curve = by_lateral_acceleration * (right_mps**2 - left_mps**2) / (2.0 * separation_m)  # v omega
     left_mps2, right_mps2 = accelerations_mps2
-    return params.acceleration * left_mps2 - by_curve, params.acceleration * right_mps2 + by_curve
+    return by_acceleration * left_mps2 - by_curve, by_acceleration * right_mps2 + by_curve
 
 
-def extra_travel(params: SlipParams, times_s: np.ndarray, travels_m: np.ndarray, separation_m: float) -> np.ndarray:
+def extra_travel(
+    by_motion: Tuple[float, float], times_s: np.ndarray, travels_m: np.ndarray, separation_m: float
+) -> np.ndarray:
     """Return the mean of what wheels turn beyond their rolling, forward, since the start of a drive [m].
 
     On a floor with SDF's default friction.
 
     Args:
-        params: slip by motion.
+        by_motion: as `SlipParams.by_motion`.
         times_s: (n,) ascending.
         travels_m: (..., n, 2) rolled by the left and the right wheel.
         separation_m: between the wheels.
@@ -156,7 +164,7 @@ def extra_travel(params: SlipParams, times_s: np.ndarray, travels_m: np.ndarray,
         (..., n, 2) distances of left and right.
     """
     extra_m = np.zeros_like(travels_m)
-    if not (params.acceleration or params.lateral_acceleration):
+    if not any(by_motion):
         return extra_m
     steps_m, intervals_s = np.diff(travels_m, axis=-2), np.diff(times_s)
     speeds_mps = steps_m / intervals_s[:, np.newaxis]
@@ -164,7 +172,7 @@ def extra_travel(params: SlipParams, times_s: np.ndarray, travels_m: np.ndarray,
     middles_s = times_s[:-1] + 0.5 * intervals_s
     accelerations_mps2 = np.gradient(speeds_mps, middles_s, axis=-2)
     speeds_of, accelerations_of = (np.moveaxis(each, -1, 0) for each in (speeds_mps, accelerations_mps2))
-    slips = np.stack(slips_by_motion(params, speeds_of, accelerations_of, separation_m), axis=-1)
+    slips = np.stack(slips_by_motion(by_motion, speeds_of, accelerations_of, separation_m), axis=-1)
     np.cumsum(slips * abs(steps_m), axis=-2, out=extra_m[..., 1:, :])
     return extra_m
 
@@ -237,7 +245,7 @@ class SlippingWheels:
     ) -> None:
         sides = (params.left_slip, wheels.left_radius_m), (params.right_slip, wheels.right_radius_m)
         self._wheels = [_SlippingWheel(params, *side, events) for side in sides]
-        self._params, self._separation_m, self._rng = params.slip, wheels.separation_m, rng
+        self._by_motion, self._separation_m, self._rng = params.slip.by_motion, wheels.separation_m, rng
         self._is_ideal = params.slip_noise == params.left_slip == params.right_slip == 0 and params.slip == SlipParams()
 
     def rolling_speeds(
@@ -252,7 +260,7 @@ class SlippingWheels:
             return turning_radps
         speeds_mps = [speed * wheel.radius_m for wheel, speed in zip(self._wheels, turning_radps)]
         accelerations_mps2 = [(speed - wheel.commanded_mps) / TICK_S for wheel, speed in zip(self._wheels, speeds_mps)]
-        slips = slips_by_motion(self._params, speeds_mps, accelerations_mps2, self._separation_m)
+        slips = slips_by_motion(self._by_motion, speeds_mps, accelerations_mps2, self._separation_m)
         each = zip(self._wheels, turning_radps, accelerations_mps2, slips, slip_factors)
         left, right = (wheel.command(*motion) for wheel, *motion in each)
         return left, right

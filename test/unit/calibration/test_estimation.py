@@ -14,6 +14,7 @@ from diff_encoder_sim.calibration.umbmark import WheelGeometry
 
 ROBOT = TrueRobot()
 NOMINAL = WheelGeometry(0.2, 0.2, 0.4)
+BY_MOTION_NAMES = ('slip_by_acceleration', 'slip_by_lateral_acceleration')
 
 
 def drive_of(robot=ROBOT, seed=1, duration_s=90.0, **options):
@@ -51,6 +52,22 @@ def test_the_covariance_of_the_geometry_knows_the_ratio_better_than_the_scale(ca
     halves = 0.5 * math.log(high / low) / math.sqrt(of_ratio @ covariance @ of_ratio)
     assert 1.96 <= halves < 2.6  # Student's t
     assert of_ratio @ covariance @ of_ratio < 4.0 * (of_scale @ covariance @ of_scale)
+
+
+@pytest.mark.parametrize(('true', 'unsupported'), [((0.02, 0.02), []), ((0.0, 0.0), list(BY_MOTION_NAMES))])
+def test_slip_by_motion_is_found_and_only_supported_if_there_is_some(true, unsupported):
+    robot = ROBOT._replace(**dict(zip(BY_MOTION_NAMES, true)), noise_m=0.002, noise_rad=0.002)
+    found = calibrate([drive_of(robot, seed=4, duration_s=240.0)], NOMINAL, has_slip_by_motion=True)
+    assert found.unsupported == unsupported and set(found.support) == {*BY_MOTION_NAMES}
+    assert max(map(abs, misses(found, robot).values())) < 1.8
+    low, high = found.values['slip_by_lateral_acceleration'].interval
+    assert high - low < 0.01
+    (prediction,) = cross_predictions([drive_of(robot, seed=5)], NOMINAL, found.parameters)
+    assert prediction.is_inside.all()
+
+
+def test_slip_by_motion_is_not_estimated_unless_wanted(calibration):
+    assert not calibration.support and not {*BY_MOTION_NAMES} & {*calibration.values}
 
 
 def test_positions_alone_are_sufficient():

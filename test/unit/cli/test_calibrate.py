@@ -117,6 +117,17 @@ def test_the_text_and_the_page_say_how_well_the_robot_is_known(done):
     assert 'atio of radii to 0.0' in page and str(folder / 'r.yaml') in text
 
 
+def test_slip_by_motion_is_in_text_json_and_robot_file_if_asked_for(tmp_path, capsys):
+    options = f'--robot {robot_file(tmp_path / "n.yaml")} --out {tmp_path / "r.yaml"} --json {tmp_path / "r.json"}'
+    calibrate.main(['--slip-by-motion', '--csv', str(table(tmp_path / 'drive.csv', 1)), *TABLE, *options.split()])
+    assert 'Slip by motion' in capsys.readouterr().out
+    name = 'slip_by_lateral_acceleration'
+    found = json.loads((tmp_path / 'r.json').read_text())[name]['value']
+    file, settings = load_numbers('r.yaml', tmp_path, ROOT, {})
+    assert file.calibration.slip_by_lateral_acceleration.value == found
+    assert settings['simulator.wheel_errors.slip.lateral_acceleration'] == found
+
+
 @NEEDS_BROWSER
 def test_the_page_is_not_cut_on_a_phone(done, tmp_path):
     with opened_page(tmp_path) as page:

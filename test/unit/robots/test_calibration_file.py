@@ -9,7 +9,7 @@ import yaml
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.calibration_file import CalibrationParams
 from diff_encoder_sim.robots.robot_file import NO_ROBOT, calibrated_robot_text, load_robot_file
-from diff_encoder_sim.trials.robot_params import load_numbers, load_robot, load_robot_config, override
+from diff_encoder_sim.trials.robot_params import load_numbers, load_robot, load_robot_config, override, wheel_errors_of
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS
 from places import CONFIG, ROOT
 
@@ -107,6 +107,18 @@ def test_a_calibrated_robot_keeps_its_description_and_settings_and_is_simulated_
     assert (params.encoder.counter_modulus, params.amcl.odom_alpha1) == (65536, 0.01)
     assert params.simulator.wheel_errors.slip_noise == params.odometry.motion_noise == 3.1e-6
     assert {*params.odometry.uncertainty} == {*UNCERTAINTY_KEYS} and params.odometry.distance_std > 1e-3
+
+
+def test_slip_by_motion_is_that_of_the_simulator_and_of_advice_without_a_urdf(tmp_path):
+    found = {'slip_by_acceleration': estimate(0.01, 0.02), 'slip_by_lateral_acceleration': estimate(-0.03, 0.01)}
+    for number, (base, loader) in enumerate(((base_file(tmp_path), load_robot), (NO_ROBOT, load_numbers))):
+        (tmp_path / str(number)).mkdir()
+        loaded = loader(written(tmp_path / str(number), base, **found), tmp_path, ROOT, {})
+        settings = loaded.settings if loader is load_robot else loaded[1]
+        assert wheel_errors_of(settings).slip.by_motion == (0.01, -0.03)
+    base = base_file(tmp_path, **{'simulator.wheel_errors.slip.lateral_acceleration': 0.02})
+    (tmp_path / 'new.yaml').write_text(calibrated_robot_text(base, GIVEN, {}, tmp_path / 'new.yaml', True))
+    assert wheel_errors_of(load_robot('new.yaml', tmp_path, ROOT, {}).settings).slip.by_motion == (0.0, 0.02)
 
 
 def test_a_simulated_robot_with_errors_stays_as_it_is_and_only_its_odometry_is_calibrated(tmp_path):

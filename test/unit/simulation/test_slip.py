@@ -8,14 +8,7 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.robots.simulated_robot import TrueWheels
-from diff_encoder_sim.simulation.slip import (
-    Floor,
-    FloorArea,
-    SlipParams,
-    SlippingWheels,
-    WheelErrorParams,
-    extra_travel,
-)
+from diff_encoder_sim.simulation.slip import Floor, FloorArea, SlippingWheels, WheelErrorParams, extra_travel
 from diff_encoder_sim.simulation.state import TICK_S
 from simulated_drive import RADIUS_M, SEPARATION_M, box_world, drive
 
@@ -59,14 +52,14 @@ def test_the_simulated_robot_slips_as_the_sampled_drives_of_advice(make_simulato
     error_rad = RADIUS_M * np.diff(angles_rad)[0] / SEPARATION_M - turned_rad
     assert error_rad == pytest.approx(2.0 * k * speed_mps**2 / SEPARATION_M * turned_rad, rel=0.06)  # less on ramps
     times_s, rims_mps = np.arange(0.0, 10.0, 0.1), np.array([0.48, 0.72])
-    extra_m = extra_travel(SlipParams(lateral_acceleration=k), times_s, times_s[:, None] * rims_mps, SEPARATION_M)
+    extra_m = extra_travel((0.0, k), times_s, times_s[:, None] * rims_mps, SEPARATION_M)
     np.testing.assert_allclose(extra_m[-1], 9.9 * rims_mps * [-0.36 * k, 0.36 * k])
 
 
 def test_slip_by_acceleration_of_a_sampled_drive_from_rest_to_rest_adds_up_to_nothing():
     times_s = np.sort(np.random.default_rng(2).uniform(0.0, 10.0, 400))
     travels_m = np.tile(np.where(times_s < 5.0, times_s**2, 50.0 - (10.0 - times_s) ** 2)[:, None], 2)
-    extra_m = extra_travel(SlipParams(acceleration=0.01), times_s, travels_m, SEPARATION_M)
+    extra_m = extra_travel((0.01, 0.0), times_s, travels_m, SEPARATION_M)
     assert extra_m.max() == pytest.approx(0.5 * 0.01 * 10.0**2, rel=0.03)
     np.testing.assert_allclose(extra_m[-1], 0.0, atol=0.01 * extra_m.max())
 
