@@ -21,7 +21,8 @@ def run(script, *arguments):
 
 
 @pytest.mark.parametrize(
-    ('script', 'option'), [('encoder_errors.py', '--seeds'), ('advice_error_rates.py', '--searches')]
+    ('script', 'option'),
+    [('encoder_errors.py', '--seeds'), ('advice_error_rates.py', '--searches'), ('dld_offset.py', '--trials')],
 )
 def test_a_benchmark_prints_its_table_with_host_and_commit(script, option):
     done = run(script, option, 3)
