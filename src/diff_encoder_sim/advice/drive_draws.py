@@ -31,7 +31,7 @@ from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.simulated_robot import TrueWheels, load_simulated_robot
 from diff_encoder_sim.robots.wheel_quality import EXACT, ROBOT_FILE, WheelQuality
 from diff_encoder_sim.simulation.self_check import FlatFloor, RolledDrive
-from diff_encoder_sim.simulation.slip import SlipParams, WheelErrorParams, extra_travel
+from diff_encoder_sim.simulation.slip import WheelErrorParams, WheelSlipParams, extra_travel
 from diff_encoder_sim.simulation.state import TICK_S, JointStates
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.publications import Publications
@@ -227,7 +227,7 @@ class DrawnRobot(NamedTuple):
         """Return whether the robot has this error."""
         errors, is_off = self.errors, ~np.isclose(self.means, self.assumed, rtol=1e-9, atol=0.0)
         if cause == SLIP:
-            return any(self.slip) or self.errors.slip != SlipParams()
+            return any(self.slip) or self.errors.slip != WheelSlipParams()
         if cause in CALIBRATED_GEOMETRY:
             return bool(self.calibrated_covariance.diagonal()[CALIBRATED_GEOMETRY.index(cause)] > 0.0)
         if self.intervals is not None:

@@ -20,7 +20,7 @@ from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.params import flat
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
-from diff_encoder_sim.simulation.slip import SlipParams, WheelErrorParams
+from diff_encoder_sim.simulation.slip import WheelErrorParams, WheelSlipParams
 from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.robot_params import RobotParams, parts_with
 from diff_encoder_sim.trials.trials_csv import PARTS
@@ -37,7 +37,7 @@ FEWEST_FOR_BUDGET = 8  # trials; with fewer the variances of a budget are too un
 # Odometry of closed-loop trials is compared with this number of sampled drives; chance of a false alarm.
 DRAWS, FALSE_ALARM = 2000, 0.01
 
-SLIP_KEYS = [f'slip.{name}' for name in SlipParams.model_fields]
+SLIP_KEYS = [f'slip.{name}' for name in WheelSlipParams.model_fields]
 _CAUSES: Mapping[str, Tuple[str, Sequence[str]]] = {  # keys
     RADIUS: ('simulator.wheel_errors', ('left_radius_error', 'right_radius_error', 'radius_spread')),
     SEPARATION: ('simulator.wheel_errors', ('wheel_separation_error', 'wheel_separation_spread')),

@@ -34,7 +34,7 @@ SPIN_TICKS = 20  # duration of a spin: 0.2 s
 MOST_SLIP = 0.9  # of the rolled distance, by motion
 
 
-class SlipParams(Params):
+class WheelSlipParams(Params):
     """Slip by motion, wheel spin and bumps; none by default. All but bumps is proportional to 1/mu of the floor."""
 
     acceleration: SlipPerAcceleration = param(
@@ -77,7 +77,7 @@ class WheelErrorParams(Params):
     left_slip: Slip = param(0.0, 'fraction of the rolled distance that is lost')
     right_slip: Slip = param(0.0, 'fraction of the rolled distance that is lost')
     slip_noise: bounds.TravelVariance_m = param(0.0, "variance of a wheel's lost travel per metre of it [m^2/m]")
-    slip: SlipParams = param(SlipParams(), 'slip by motion, wheel spin and bumps')
+    slip: WheelSlipParams = param(WheelSlipParams(), 'slip by motion, wheel spin and bumps')
 
     def geometry(self, rng: np.random.Generator) -> GeometryErrors:
         """Draw the errors that make another robot, as those of slip do not."""
@@ -134,7 +134,7 @@ def slips_by_motion(
 ) -> Tuple[Any, Any]:
     """Return how far the left and the right wheel turn forward beyond their rolling, per distance rolled.
 
-    `by_motion` is `SlipParams.by_motion`; speeds and accelerations are pairs, left and right, of numbers or arrays. A
+    `by_motion` is `WheelSlipParams.by_motion`; speeds and accelerations are pairs, left and right, of numbers or arrays. A
     tyre slips in proportion to its longitudinal force (Pacejka, Tire and Vehicle Dynamics, 2012, section 1.2.1). The
     forces of both wheels accelerate the mass m, and in a curve they balance the moment m c v omega of the lateral force
     at the axle, if the centre of mass is c ahead of it: m c v omega / L on the outer wheel, and the opposite on the
@@ -155,7 +155,7 @@ def extra_travel(
     On a floor with SDF's default friction.
 
     Args:
-        by_motion: as `SlipParams.by_motion`.
+        by_motion: as `WheelSlipParams.by_motion`.
         times_s: (n,) ascending.
         travels_m: (..., n, 2) rolled by the left and the right wheel.
         separation_m: between the wheels.
@@ -246,7 +246,9 @@ class SlippingWheels:
         sides = (params.left_slip, wheels.left_radius_m), (params.right_slip, wheels.right_radius_m)
         self._wheels = [_SlippingWheel(params, *side, events) for side in sides]
         self._by_motion, self._separation_m, self._rng = params.slip.by_motion, wheels.separation_m, rng
-        self._is_ideal = params.slip_noise == params.left_slip == params.right_slip == 0 and params.slip == SlipParams()
+        self._is_ideal = (
+            params.slip_noise == params.left_slip == params.right_slip == 0 and params.slip == WheelSlipParams()
+        )
 
     def rolling_speeds(
         self, left_radps: float, right_radps: float, slip_factors: Tuple[float, float] = (1.0, 1.0)

@@ -23,7 +23,7 @@ from diff_encoder_sim.robots.robot_file import RobotSetup
 from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
 from diff_encoder_sim.simulation.self_check import Check, self_check
 from diff_encoder_sim.simulation.simulator import SimulatorParams
-from diff_encoder_sim.simulation.slip import SlipParams
+from diff_encoder_sim.simulation.slip import WheelSlipParams
 from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.route_driver import misfit
 from diff_encoder_sim.trials.trial_files import TrialFiles
@@ -155,7 +155,7 @@ class Campaign(NamedTuple):
             # So that older campaigns can be completed:
             if robot.simulator.imu is None:
                 del parts['simulator']['imu'], parts['fusion']
-            if robot.simulator.wheel_errors.slip == SlipParams():
+            if robot.simulator.wheel_errors.slip == WheelSlipParams():
                 del parts['simulator']['wheel_errors']['slip']
             parameters.append({'varied': dict(varied), **parts})
         # Of real encoders, the parameters by dotted keys that differ from the first encoder, for each combination.
