@@ -134,11 +134,11 @@ def slips_by_motion(
 ) -> Tuple[Any, Any]:
     """Return how far the left and the right wheel turn forward beyond their rolling, per distance rolled.
 
-    `by_motion` is `WheelSlipParams.by_motion`; speeds and accelerations are pairs, left and right, of numbers or arrays. A
-    tyre slips in proportion to its longitudinal force (Pacejka, Tire and Vehicle Dynamics, 2012, section 1.2.1). The
-    forces of both wheels accelerate the mass m, and in a curve they balance the moment m c v omega of the lateral force
-    at the axle, if the centre of mass is c ahead of it: m c v omega / L on the outer wheel, and the opposite on the
-    inner one. So `lateral_acceleration` of a robot is its `acceleration` times 2 c / L.
+    `by_motion` is `WheelSlipParams.by_motion`; speeds and accelerations are pairs, left and right, of numbers or
+    arrays. A tyre slips in proportion to its longitudinal force (Pacejka, Tire and Vehicle Dynamics, 2012, section
+    1.2.1). The forces of both wheels accelerate the mass m, and in a curve they balance the moment m c v omega of the
+    lateral force at the axle, if the centre of mass is c ahead of it: m c v omega / L on the outer wheel, and the
+    opposite on the inner one. So `lateral_acceleration` of a robot is its `acceleration` times 2 c / L.
     """
     by_acceleration, by_lateral_acceleration = by_motion
     left_mps, right_mps = speeds_mps
@@ -164,7 +164,7 @@ def extra_travel(
         (..., n, 2) distances of left and right.
     """
     extra_m = np.zeros_like(travels_m)
-    if not any(by_motion):
+    if not any(by_motion) or len(times_s) < 3:
         return extra_m
     steps_m, intervals_s = np.diff(travels_m, axis=-2), np.diff(times_s)
     speeds_mps = steps_m / intervals_s[:, np.newaxis]
