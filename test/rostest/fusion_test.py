@@ -7,9 +7,11 @@ import time
 import ros_testing as ros
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
+from std_msgs.msg import Bool
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
@@ -27,6 +29,8 @@ class FusionTest(ros.NodeTest):
         cls.filtered = ros.Collector('/odometry/filtered', Odometry)
         cls.odom = ros.Collector('/odom', Odometry)
         cls.tf = ros.Collector('/tf', TFMessage)
+        cls.slip = ros.Collector(f'{NODE}/slip', Bool)
+        cls.diagnostics = ros.Collector('/diagnostics', DiagnosticArray)
         cls.pulses = ros.connected_publisher('/encoder_pulse', EncoderPulse, [NODE, '/gz_diff_odom_node'])
         cls.imu = ros.connected_publisher('/imu/data', Imu, [NODE])
         rospy.wait_for_service(f'{NODE}/reset', ros.TIMEOUT_S)
@@ -81,6 +85,19 @@ class FusionTest(ros.NodeTest):
         self.assert_turned(700)
         for words in ("frame 'camera'", 'angular velocity nan', 'no sample for 0.5 s'):
             self.assert_warned_once(NODE, words)
+
+    def test_wheels_that_turn_the_robot_otherwise_than_the_gyroscope_are_slip(self):
+        self.turn(0, 301)
+        self.assertFalse(self.slip.messages[-1].data)
+        self.slip.clear()
+        self.turn(301, 351, rate=0.0)
+        self.turn(351, 501)
+        self.assertEqual([each.data for each in self.slip.wait_for_count(2)], [True, False])
+        message = self.filtered.wait_for_stamp(self.epoch_ns + 500 * TICK_NS)[-1]
+        self.assertAlmostEqual(ros.yaw_of(message.pose.pose.orientation), 4.5 * RATE, delta=0.03)
+        statuses = [status for message in self.diagnostics.messages for status in message.status]
+        slips = [each.message for each in statuses if each.name == f'{NODE[1:]}: Slip']
+        self.assertTrue(any('slip' in text for text in slips), slips)
 
     def test_dead_wheels_mean_no_motion(self):
         self.turn(0, 301)

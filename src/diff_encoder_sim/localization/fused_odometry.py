@@ -14,6 +14,7 @@ from diff_encoder_sim.base.imu import ImuParams
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.localization.fusion import FusionParams, WheelErrors, WheelGyroFilter
+from diff_encoder_sim.localization.slip_detection import SlipDetector
 from diff_encoder_sim.wheels.counter import PulseTotals
 from diff_encoder_sim.wheels.covariance import PlanarCovariance
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, TwistCovariance
@@ -39,7 +40,8 @@ class FusedOdometry:
     A report waits until all samples that are due at its stamp have arrived, by their rate and latency, so that the
     order of arrival does not change the estimates. Faulty samples are dropped with one warning for each cause: odometry
     continues with the wheels, and uses the gyroscope again from the next good sample, or after a wrong bias from the
-    next reset. Without reports it continues with the gyroscope for `wheel_timeout`, and then reports no motion.
+    next reset. Without reports it continues with the gyroscope for `wheel_timeout`, and then reports no motion. While
+    the wheels slip, the heading is that of the gyroscope.
     """
 
     def __init__(self, params: FusionParams, odometry: OdometryParams, imu: ImuParams) -> None:
@@ -51,6 +53,7 @@ class FusedOdometry:
         self._largest_bias_radps = LARGEST_BIAS_STD * math.hypot(imu.gyroscope.bias, imu.gyroscope.bias_drift)
         self._pulses = PulseTotals(odometry.counter_limits)
         self._filter = WheelGyroFilter(params, wheel_errors(odometry), imu)
+        self.slip = SlipDetector(params, wheel_errors(odometry), imu)
         self._warned: Set[str] = set()
         self.reset()
 
@@ -58,6 +61,7 @@ class FusedOdometry:
         """Return to pose zero; the next report is the start."""
         self._pulses.reset()
         self._filter.reset()
+        self.slip.reset()
         self._rates: Deque[Tuple[int, float]] = deque(maxlen=MOST_WAITING)
         self._reports: Deque[Tuple[int, int, int]] = deque()  # that wait for rates
         self._sampler = BoundarySampler(self._params.frequency)
@@ -127,6 +131,9 @@ class FusedOdometry:
         while self._reports and not (self._has_gyro and self._reports[0][0] >= (self._rates_until_ns or 0)):
             stamp_ns, left, right = self._reports.popleft()
             self._pass_rates(stamp_ns - self._latency_ns)
+            self.slip.take_counts(stamp_ns, left, right)
+            if self.slip.state.is_slipping:
+                self._filter.take_slip()
             self._filter.take_counts(stamp_ns, left, right)
             estimates += self._due(stamp_ns)
         return estimates
@@ -145,6 +152,7 @@ class FusedOdometry:
 
     def _pass_rates(self, until_ns: int) -> None:
         while self._rates and self._rates[0][0] <= until_ns:
+            self.slip.take_gyro(*self._rates[0])
             self._filter.take_gyro(*self._rates.popleft())
 
     def _due(self, stamp_ns: int) -> List[OdometryEstimate]:

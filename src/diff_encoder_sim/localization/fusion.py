@@ -40,6 +40,7 @@ REST_OMEGA_STD, REST_YAW_STD = 1e-4, 1e-6  # [rad/s], [rad]
 TURNING_STD = 5.0  # a rate this far from the mean since the stop, in standard deviations, means rotation
 RATES_OF_MEAN = 10  # a mean of fewer rates is not used
 HARMONICS = 4  # of the sawtooth
+SLIP_RAD = 1.0  # standard deviation of the heading by the wheels, if they slip, in a report
 
 
 class FusionParams(Params):
@@ -59,6 +60,11 @@ class FusionParams(Params):
     standing_reports: bounds.Count = param(10, 'reports without a count, and without rotation, until the robot rests')
     wheel_timeout: bounds.PositiveDuration_s = param(0.5, 'without counts for longer, no motion is reported [s]')
     gyro_timeout: bounds.PositiveDuration_s = param(0.5, 'without rates for longer, rest is by counts only [s]')
+
+    slip_window: bounds.PositiveDuration_s = param(0.5, 'duration of the comparison of wheels and gyroscope [s]')
+    slip_threshold: Annotated[float, bounds.Between(1.0, 100.0)] = param(
+        5.5, 'difference that is slip [standard deviations]; counting contributes at most its bound'
+    )
 
     @model_validator(mode='after')
     def _check_world_frame(self) -> FusionParams:
@@ -145,6 +151,11 @@ class WheelGyroFilter:
         A rate older than the newest counts corrects the current speed.
         """
         _process_rate(self._filter, self._model, stamp_ns, yaw_rate_radps)
+
+    def take_slip(self) -> None:
+        """Expect slip until the next counts, which then correct the distance, not the heading."""
+        travels, slip_m = slice(TRAVEL, TRAVEL + 2), 0.5 * self._wheels.separation_m * np.array([-SLIP_RAD, SLIP_RAD])
+        self._filter['cov'][travels, travels] += np.outer(slip_m, slip_m)
 
     def take_counts(self, stamp_ns: int, left_total: int, right_total: int) -> None:
         """Process accumulated counts, without wraps, with a stamp later than the one before."""

@@ -13,26 +13,15 @@ import math
 from collections import deque
 from typing import Deque, NamedTuple
 
-from typing_extensions import Annotated
-
-from diff_encoder_sim.base.bounds import Between, PositiveDuration_s
 from diff_encoder_sim.base.imu import ImuParams
-from diff_encoder_sim.base.params import Params, param
-from diff_encoder_sim.localization.fusion import WheelErrors
+from diff_encoder_sim.localization.fusion import FusionParams, WheelErrors
+from diff_encoder_sim.wheels.diagnostics import Diagnosis
 
 LEARNING_S = 60.0  # mean age of the differences that give the bias
 KEPT_PER_WINDOW = 60  # of reports, at most
+STANDING_S = 1.0  # without a count for longer, the robot stands
 TOLERANCE_S = 1e-6  # of the window's duration
 LONGEST_GAP_PERIODS = 5.0  # between rates; the turn in a longer one is unknown
-
-
-class SlipParams(Params):
-    """Parameters of slip detection."""
-
-    slip_window: PositiveDuration_s = param(0.5, 'time over which wheels and gyroscope are compared [s]')
-    slip_threshold: Annotated[float, Between(1.0, 100.0)] = param(
-        5.5, 'standard deviations of a difference that is slip; counting contributes at most its bound'
-    )
 
 
 class SlipState(NamedTuple):
@@ -60,7 +49,7 @@ class _Sums(NamedTuple):
 class SlipDetector:
     """Compares counts with rates of a gyroscope at each report of counts; `state` is the newest result."""
 
-    def __init__(self, params: SlipParams, wheels: WheelErrors, imu: ImuParams) -> None:
+    def __init__(self, params: FusionParams, wheels: WheelErrors, imu: ImuParams) -> None:
         self._params, self._wheels, self._gyroscope = params, wheels, imu.gyroscope
         self._bias_variance = imu.gyroscope.bias**2 + imu.gyroscope.bias_drift**2
         self._noise = imu.gyroscope.noise_variance(imu.rate) / imu.rate  # [rad^2/s]
@@ -68,6 +57,7 @@ class SlipDetector:
         self._longest_gap_s = LONGEST_GAP_PERIODS / imu.rate + imu.latency
         left_rad, right_rad = (each / wheels.separation_m for each in wheels.m_per_count)
         self._count_rad, self._count_variance = left_rad + right_rad, (left_rad**2 + right_rad**2) / 12.0
+        self._slips = self._reported = 0
         self.reset()
 
     def reset(self) -> None:
@@ -113,21 +103,23 @@ class SlipDetector:
             self._compare(kept[0], end)
 
     def _compare(self, start: _Sums, end: _Sums) -> None:
-        was_slipping = self.state.is_slipping
-        window, before = end.plus(-1.0, start), self._clean.plus(-1.0, self._origin)
+        window, before, was = end.plus(-1.0, start), self._clean.plus(-1.0, self._origin), self.state
+        counted = 0.0 if before.time_s > STANDING_S and not before.path_m else 1.0  # at rest remainders are constant
         # The gain of a Kalman filter of the bias, whose measurement is the difference before.
         gain = self._bias_variance * before.time_s
-        gain /= gain * before.time_s + 2.0 * self._count_variance + self._noise * before.time_s
-        self.state = self._difference(window, before, gain * window.time_s)
+        total = (gain + self._noise) * before.time_s + 2.0 * self._count_variance * counted
+        weight = gain * window.time_s / total if total else 0.0
+        self.state = self._difference(window, before, weight, counted * weight)
         if self.state.is_slipping:
+            self._slips += not was.is_slipping
             return
-        if was_slipping:
+        if was.is_slipping:
             self._origin = self._origin.plus(1.0, start.plus(-1.0, self._clean))
         forgotten = min(1.0, (start.time_s - self._clean.time_s) / LEARNING_S)
         self._clean, self._origin = start, self._origin.plus(forgotten, start.plus(-1.0, self._origin))
 
-    def _difference(self, window: _Sums, before: _Sums, weight: float) -> SlipState:
-        """Compare the window, from which the difference before is subtracted with a weight."""
+    def _difference(self, window: _Sums, before: _Sums, weight: float, counted: float) -> SlipState:
+        """Compare the window minus a weight of the difference before, and a weight of its error of counting."""
         wheels, sums, noisy = self._wheels, window.plus(-weight, before), window.plus(weight**2, before)
         variance = (
             self._bias_variance * sums.time_s**2
@@ -138,8 +130,15 @@ class SlipDetector:
             + (wheels.diameter_difference_std * sums.forward_m / wheels.separation_m) ** 2
             + wheels.travel_variance * noisy.path_m / wheels.separation_m**2
         )
-        counting = self._count_variance * (1.0 + (1.0 + weight) ** 2 + weight**2)
-        threshold, bound_rad = self._params.slip_threshold, self._count_rad * (1.0 + weight)
+        counting = self._count_variance * (1.0 + (1.0 + counted) ** 2 + counted**2)
+        threshold, bound_rad = self._params.slip_threshold, self._count_rad * (1.0 + counted)
         limit_rad = min(threshold * math.sqrt(variance + counting), bound_rad + threshold * math.sqrt(variance))
         difference_rad = sums.wheels_rad - sums.gyro_rad
         return SlipState(abs(difference_rad) > limit_rad, difference_rad, limit_rad)
+
+    def diagnose(self) -> Diagnosis:
+        """Return the state; the warning covers the time since the last call."""
+        slips, self._reported = self._slips - self._reported, self._slips
+        warning = 'wheels slip: they turn the robot otherwise than the gyroscope' if slips or self.state[0] else ''
+        differences = {'difference of heading [rad]': self.state.difference_rad, 'limit [rad]': self.state.limit_rad}
+        return Diagnosis(warning, {'slips': self._slips, **differences})

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.imu import ImuParams
-from diff_encoder_sim.localization.fusion import WheelErrors
-from diff_encoder_sim.localization.slip_detection import SlipDetector, SlipParams, SlipState
+from diff_encoder_sim.localization.fusion import FusionParams, WheelErrors
+from diff_encoder_sim.localization.slip_detection import SlipDetector, SlipState
 from fusion_drives import IMUS
-from slip_drives import clean_drive, detection_s, false_alarms
+from slip_drives import clean_drive, detection_s, false_alarms, heading_error, spun_drive
 
 D_M, SEPARATION_M, SECOND_NS, TICK_NS = 0.01, 0.4, 1_000_000_000, 10_000_000
 WHEELS = WheelErrors((D_M, D_M), SEPARATION_M)
@@ -19,7 +19,7 @@ class Robot:
     """Drives with 100 Hz of an ideal gyroscope, plus a bias, and 20 Hz of counts."""
 
     def __init__(self, imu=ImuParams(), wheels=WHEELS, bias_radps=0.0):
-        self.detector = SlipDetector(SlipParams(), wheels, imu)
+        self.detector = SlipDetector(FusionParams(), wheels, imu)
         self._bias_radps, self._travels_m, self.stamp_ns = bias_radps, np.array([0.3, 0.6]) * D_M, 0
         self.detector.take_gyro(0, bias_radps)
 
@@ -57,6 +57,17 @@ def test_spins_and_lifts_of_half_a_second_are_detected(ppr, imu, mps):
     assert sum(map(math.isfinite, times_s)) >= 19
 
 
+def test_a_spin_does_not_turn_the_fused_heading():
+    for ppr in (20, 1024):
+        drives = [spun_drive(ppr, IMUS['mpu6050'], 0.3, seed)[1] for seed in range(6)]
+        with_detector, without = (
+            np.array([heading_error(drive, has_detector) for drive in drives]) for has_detector in (True, False)
+        )
+        assert np.max(np.abs(with_detector[:, 0])) < 0.05
+        assert np.mean(with_detector[:, 1]) < 3.0
+        assert np.max(np.abs(without[:, 0])) > 0.2
+
+
 def test_without_other_errors_the_limit_is_one_count_of_each_wheel():
     states = Robot().drive(3.0, 0.37)[10:]
     assert [each.limit_rad for each in states] == pytest.approx([2.0 * D_M / SEPARATION_M] * len(states))
@@ -66,7 +77,7 @@ def test_without_other_errors_the_limit_is_one_count_of_each_wheel():
 def test_with_many_counts_the_limit_is_by_slip_noise_and_the_wrong_separation():
     noise, turn_std, radps, window_s = 1e-4, 0.02, 1.0, 0.5
     wheels = WheelErrors((1e-7, 1e-7), SEPARATION_M, travel_variance=noise, turn_std=turn_std)
-    detector = SlipDetector(SlipParams(slip_threshold=3.0), wheels, ImuParams())
+    detector = SlipDetector(FusionParams(slip_threshold=3.0), wheels, ImuParams())
     for report in range(21):
         detector.take_gyro(report * SECOND_NS // 20, radps)
         travel = round(0.05 * report * 0.5 * SEPARATION_M * radps / 1e-7)
