@@ -70,7 +70,7 @@ def heading_error(drive, has_detector):
             detector.take_gyro(*rate)
             filter_.take_gyro(*rate)
         detector.take_counts(*report)
-        if has_detector and detector.state.is_slipping:
+        if has_detector and detector.is_gyro_better:
             filter_.take_slip()
         filter_.take_counts(*report)
     error_rad = wrap_angles(filter_.estimate.pose[2] - drive.poses[-1, 2])

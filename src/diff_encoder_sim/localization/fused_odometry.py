@@ -41,7 +41,7 @@ class FusedOdometry:
     order of arrival does not change the estimates. Faulty samples are dropped with one warning for each cause: odometry
     continues with the wheels, and uses the gyroscope again from the next good sample, or after a wrong bias from the
     next reset. Without reports it continues with the gyroscope for `wheel_timeout`, and then reports no motion. While
-    the wheels slip, the heading is that of the gyroscope.
+    the wheels slip, up to 2 s, the heading is that of the gyroscope.
     """
 
     def __init__(self, params: FusionParams, odometry: OdometryParams, imu: ImuParams) -> None:
@@ -132,7 +132,7 @@ class FusedOdometry:
             stamp_ns, left, right = self._reports.popleft()
             self._pass_rates(stamp_ns - self._latency_ns)
             self.slip.take_counts(stamp_ns, left, right)
-            if self.slip.state.is_slipping:
+            if self.slip.is_gyro_better:
                 self._filter.take_slip()
             self._filter.take_counts(stamp_ns, left, right)
             estimates += self._due(stamp_ns)

@@ -62,9 +62,7 @@ class FusionParams(Params):
     gyro_timeout: bounds.PositiveDuration_s = param(0.5, 'without rates for longer, rest is by counts only [s]')
 
     slip_window: bounds.PositiveDuration_s = param(0.5, 'duration of the comparison of wheels and gyroscope [s]')
-    slip_threshold: Annotated[float, bounds.Between(1.0, 100.0)] = param(
-        5.5, 'difference that is slip [standard deviations]; counting contributes at most its bound'
-    )
+    slip_threshold: bounds.PositiveWeight = param(5.5, 'difference of the headings that is slip [standard deviations]')
 
     @model_validator(mode='after')
     def _check_world_frame(self) -> FusionParams:

@@ -19,8 +19,8 @@ from diff_encoder_sim.wheels.diagnostics import Diagnosis
 
 LEARNING_S = 60.0  # mean age of the differences that give the bias
 KEPT_PER_WINDOW = 60  # of reports, at most
+LONGEST_SLIP_S = 2.5  # since the last window without slip began: later the gyroscope may be wrong
 STANDING_S = 1.0  # without a count for longer, the robot stands
-TOLERANCE_S = 1e-6  # of the window's duration
 LONGEST_GAP_PERIODS = 5.0  # between rates; the turn in a longer one is unknown
 
 
@@ -35,19 +35,19 @@ class SlipState(NamedTuple):
 class _Sums(NamedTuple):
     """Quantities accumulated until a report; only their differences are used."""
 
-    time_s: float = 0.0
-    wheels_rad: float = 0.0  # turn by the counts
-    gyro_rad: float = 0.0  # turn by the rates, with their bias
-    forward_m: float = 0.0  # of the axle's centre
-    path_m: float = 0.0  # of both wheels
-    rate_radps: float = 0.0
+    time_s: float
+    wheels_rad: float  # turn by the counts
+    gyro_rad: float  # turn by the rates, with their bias
+    forward_m: float  # of the axle's centre
+    path_m: float  # of both wheels
+    rate_radps: float
 
     def plus(self, weight: float, other: _Sums) -> _Sums:
         return _Sums._make([one + weight * of_other for one, of_other in zip(self, other)])
 
 
 class SlipDetector:
-    """Compares counts with rates of a gyroscope at each report of counts; `state` is the newest result."""
+    """Compares counts with rates of a gyroscope at each report; `is_gyro_better` while slip in `state` is short."""
 
     def __init__(self, params: FusionParams, wheels: WheelErrors, imu: ImuParams) -> None:
         self._params, self._wheels, self._gyroscope = params, wheels, imu.gyroscope
@@ -66,11 +66,9 @@ class SlipDetector:
         self._restart()
 
     def _restart(self) -> None:
-        self.state = SlipState()
+        self.state, self.is_gyro_better = SlipState(), False
         self._kept: Deque[_Sums] = deque()  # the first one is the start of the window
         self._travels_m, self._path_m = (0.0, 0.0), 0.0
-        self._clean = _Sums()  # at the start of the last window without slip
-        self._origin = _Sums()  # moving mean of `_clean`, from which time with slip is left out
 
     def take_gyro(self, stamp_ns: int, yaw_rate_radps: float) -> None:
         """Process a finite rate about the vertical axis; stamps increase. A long gap restarts the comparison."""
@@ -92,8 +90,8 @@ class SlipDetector:
         self._travels_m = left_m, right_m
         turns_rad = (right_m - left_m) / self._wheels.separation_m, self._gyro_rad + late_s * self._rate_radps
         end = _Sums(1e-9 * stamp_ns, *turns_rad, 0.5 * (left_m + right_m), self._path_m, self._rate_radps)
-        kept, window_s = self._kept, self._params.slip_window - TOLERANCE_S
-        if not kept:
+        kept, window_s = self._kept, self._params.slip_window - 1e-6
+        if not kept:  # sums at the start of the last window without slip, and their moving mean, without times of slip
             self._clean = self._origin = end
         if not kept or end.time_s - kept[-1].time_s >= window_s / KEPT_PER_WINDOW:
             kept.append(end)
@@ -110,6 +108,7 @@ class SlipDetector:
         total = (gain + self._noise) * before.time_s + 2.0 * self._count_variance * counted
         weight = gain * window.time_s / total if total else 0.0
         self.state = self._difference(window, before, weight, counted * weight)
+        self.is_gyro_better = self.state.is_slipping and end.time_s - self._clean.time_s < LONGEST_SLIP_S
         if self.state.is_slipping:
             self._slips += not was.is_slipping
             return

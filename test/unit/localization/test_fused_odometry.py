@@ -7,6 +7,7 @@ import re
 import pytest
 
 from diff_encoder_sim.base.imu import ImuParams
+from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.localization.fused_odometry import FusedOdometry
 from diff_encoder_sim.localization.fusion import FusionParams
 from diff_encoder_sim.wheels.odometry import WheelOdometry
@@ -138,6 +139,21 @@ def test_a_bias_far_beyond_the_parameters_is_not_used_until_a_reset(caplog):
     caplog.clear()
     assert abs(stand(1000, 2000, 0.02)[-1].base_pose_in_odom.yaw_rad) < 1e-3
     assert not caplog.records
+
+
+@pytest.mark.parametrize(('seconds', 'unused_s', 'is_gyro_wrong'), [(0.5, 0.5, False), (30.0, 1.8, True)])
+def test_a_short_slip_does_not_turn_the_robot_and_a_lasting_one_is_a_fault_of_the_gyroscope(
+    seconds, unused_s, is_gyro_wrong, caplog
+):
+    """The wheels turn the robot, the gyroscope does not show it."""
+    fused, begin, end = made(), 300, 300 + round(100 * seconds)
+    drive(fused, 0, begin)
+    drive(fused, begin, end, lambda stamp_ns: (stamp_ns, 'imu_link', 0.0))
+    assert 'slip' in fused.slip.diagnose().warning
+    yaw_rad = drive(fused, end, end + 200)[-1].base_pose_in_odom.yaw_rad
+    assert not fused.slip.state.is_slipping and not fused.slip.diagnose().warning
+    assert wrap_angle(yaw_rad - RADPS * (5.0 + seconds - unused_s)) == pytest.approx(0.0, abs=0.05)
+    assert any('bias' in each.getMessage() for each in caplog.records) == is_gyro_wrong
 
 
 @pytest.mark.parametrize('is_gyro_good', [True, False])
