@@ -287,7 +287,9 @@ def maximise(
 class Uncertainty:
     """How well the parameters are known at the maximum; matrices are 0 of what is not free.
 
-    Attributes, for k = 14 parameters, or 16 with slip by motion:
+    There are k = 14 parameters, or 16 with slip by motion.
+
+    Attributes:
         expected: (k, k) covariance, the inverse of the expected information: right if the noise is as modelled.
         observed: (k, k) covariance by the scatter of the scores of the windows, which are independent (Godambe's
             sandwich): right for many windows.
