@@ -11,7 +11,7 @@ from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D, PoseSeries, wrap_angles
 from diff_encoder_sim.calibration.estimation import Calibration, ReferencedDrive, calibrate, track_of
-from diff_encoder_sim.calibration.likelihood import INDEX
+from diff_encoder_sim.calibration.likelihood import NAMES, NOISE
 from diff_encoder_sim.calibration.umbmark import WheelGeometry
 from diff_encoder_sim.drives.comparison import SensorPlace, of_reference
 
@@ -189,7 +189,7 @@ def _of_chance(drive: ComparedDrive, pairs: np.ndarray, fit: Optional[Calibratio
         slip = drive.slip or (fit.values['slip_m2_per_m'].value, fit.values['slip_rad2_per_rad'].value)
         precisions = np.linalg.inv(track_of(drive.parts[0]).covariances)  # the noise is relative to their mean
         variances = np.linalg.inv(precisions.mean(axis=0)).diagonal()
-        scales = {name: math.exp(2.0 * fit.parameters[index]) for name, index in INDEX.items()}
+        scales = dict(zip(NAMES[NOISE], np.exp(2.0 * fit.parameters[NOISE]).tolist()))
         noise_m2 = (scales['white_std'] + scales['slow_std']) * float(variances[:2].sum())
         if len(variances) == 3:  # the first pose moves and turns the path
             yaw_rad2 = (scales['white_yaw_std'] + scales['slow_yaw_std']) * float(variances[2])

@@ -173,7 +173,7 @@ class Track:
         """Return errors, variances, last state and covariance of `filter_poses`."""
         path = (*parameters[GEOMETRY], parameters[INDEX['reference_delay_s']], *parameters[BY_MOTION])
         if path not in self._paths:  # most derivatives are of other parameters
-            self._paths = {} if len(self._paths) > len(NAMES) else self._paths  # 9 for all derivatives at a point
+            self._paths = {} if len(self._paths) > len(NAMES) else self._paths  # 9 to 13 for all derivatives at a point
             self._paths[path] = self._sums_of_parts(parameters)
         motions, positions, robots, sensors, yaws, first = self._paths[path]
         values, sensor = np.exp(parameters), complex(*parameters[3:5])
