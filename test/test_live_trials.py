@@ -33,7 +33,7 @@ REAL_ENCODER = {
 REAL_ENCODER['encoder']['faults'] = {'missed': 0.01, 'missed_burst': 3.0, 'extra': 0.002, 'restart_at': 4.0}
 
 
-def drive_both_ways(folder, config, imu='none'):
+def drive_both_ways(folder, config, imu='none', fusion='none'):
     """Drives the tour live and in lockstep with these values of config.yaml; returns the bags (live, lockstep)."""
     require_ros()
     path, live, lockstep = (folder / name for name in ('config.yaml', 'live.bag', 'lockstep.bag'))
@@ -41,7 +41,8 @@ def drive_both_ways(folder, config, imu='none'):
     with Graph(folder) as graph:
         files = f'test:={TOUR}', f'config:={path}', f'bag:={live}'
         trial = ROOT / 'launch' / 'trial.launch'
-        launch = graph.launch(trial, *files, 'nav:=scripted', 'rtf:=0', f'trial:={NUMBER}', f'imu:={imu}')
+        of_imu = f'imu:={imu}', f'fusion:={fusion}'
+        launch = graph.launch(trial, *files, 'nav:=scripted', 'rtf:=0', f'trial:={NUMBER}', *of_imu)
         assert launch.wait() == 0, launch.output()
         assert graph.is_gone(), 'it left processes behind'
         # Each wait that ended without its message would be warned of.
@@ -49,7 +50,8 @@ def drive_both_ways(folder, config, imu='none'):
     simulated = imu_settings(imu, ROOT / 'config', ROOT)
     params = override(load_robot_config(ROOT / 'config', {'config': path}), simulated)
     ppr = params.encoder.counts_per_turn
-    run_trial(plan_of(TOUR, ppr, NUMBER, nav='scripted', bag=lockstep), ALTO, params, 'full')
+    plan = plan_of(TOUR, ppr, NUMBER, nav='scripted', bag=lockstep)
+    run_trial(plan.model_copy(update={'trial': plan.trial.model_copy(update={'fusion': fusion})}), ALTO, params, 'full')
     return live, lockstep
 
 
@@ -82,12 +84,16 @@ def test_every_message_is_the_same_byte_for_byte(bags):
     assert kinds[0] == kinds[1]
 
 
-def test_an_encoder_and_an_imu_with_errors_report_the_same_live(tmp_path):
-    bags = [messages_of(path) for path in drive_both_ways(tmp_path, REAL_ENCODER, 'mpu6050')]
-    assert_same_messages(bags, [*STAMPED, '/encoder_velocity', '/imu/data'])
+def test_an_encoder_and_an_imu_with_errors_report_the_same_live_and_so_does_their_fusion(tmp_path):
+    bags = [messages_of(path) for path in drive_both_ways(tmp_path, REAL_ENCODER, 'mpu6050', 'embedded')]
+    assert_same_messages(bags, [*STAMPED, '/encoder_velocity', '/imu/data', '/odometry/filtered'])
     for messages in bags:
         frames = [each.child_frame_id for _, content, _ in messages['/tf_static'] for each in transforms_of(content)]
         assert frames.count('imu_link') == 1
+        moving = [each for _, content, _ in messages['/tf'] for each in transforms_of(content)]
+        assert len([each for each in moving if each.child_frame_id == 'base_link']) == len(
+            messages['/odometry/filtered']
+        )
     assert len(bags[0]['/odom']) > 300
 
 

@@ -30,7 +30,7 @@ from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS
 log = logging.getLogger(__name__)
 
 BAGS_PER_TASK = 4  # chunk size per process that makes the overhead negligible
-KEPT_APART = ('nav', VARIANT, 'wheel_diameter', 'wheel_separation')  # bags that differ in one are not pooled
+KEPT_APART = ('nav', 'fusion', VARIANT, 'wheel_diameter', 'wheel_separation')  # bags that differ in one are not pooled
 
 
 def load_results(paths: Sequence[Path]) -> Results:
@@ -169,12 +169,14 @@ def _trial_or_reason(path: Path) -> Union[TrialOfBag, str]:
         recording = read_trial(path)
     except ConfigError as error:
         return str(error)
-    for topic in (topics.ODOM, topics.WORLD_POSE):
+    odometry_topic = recording.trial.odometry_topic
+    for topic in (odometry_topic, topics.WORLD_POSE):
         if topic not in recording.poses:
             return f'{path}: no message on {topic}; expected {POSE_TOPICS[topic]}'
     trial, goal = recording.trial, recording.trial.goal()
     errors: FinalErrors = {}
-    poses = {source: recording.poses[topic] for source, topic in TOPIC_OF_SOURCE.items() if topic in recording.poses}
+    of_source = {**TOPIC_OF_SOURCE, PoseSource.ODOM: odometry_topic}.items()
+    poses = {source: recording.poses[topic] for source, topic in of_source if topic in recording.poses}
     start, (stamps_ns, odom) = trial.test.start.pose(), poses[PoseSource.ODOM][:2]
     yaws_rad = wrap_angles(start.yaw_rad + odom[:, 2])
     poses[PoseSource.ODOM] = PoseSeries(stamps_ns, np.column_stack((transform_points(start, odom[:, :2]), yaws_rad)))

@@ -18,7 +18,6 @@ from diff_encoder_sim.base.atomic_files import LONGEST_NEW_NAME
 from diff_encoder_sim.base.bounds import Seed
 from diff_encoder_sim.base.command_line import as_typed
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.imu import NO_IMU
 from diff_encoder_sim.base.package_files import package_folder, users_path
 from diff_encoder_sim.base.params import Params, for_xml_rpc
 from diff_encoder_sim.base.processes import parent_only_lists
@@ -36,6 +35,7 @@ from diff_encoder_sim.trials.required_packages import (
     UPSTREAM_SLAM,
     require,
 )
+from diff_encoder_sim.trials.robot_params import imu_of
 from diff_encoder_sim.trials.route_driver import misfit
 from diff_encoder_sim.wheels.catalogue import encoder_lines
 from diff_encoder_sim.wheels.encoder_params import DEFAULT_PPR, PulsesPerRevolution, file_label
@@ -73,9 +73,10 @@ def plan(options: TrialOptions) -> LivePlan:
     chosen = {'test': paced, 'number': number, 'odom': options.odom, 'nav': options.nav, 'fusion': options.fusion}
     trial = Trial.from_mapping({**chosen, **of_encoder, **wheels}, '')
     trial.test.check_drivable(options.nav)
-    if options.fusion != 'none' and (options.odom != 'encoder' or robot.simulator.imu is None):
-        given = f'odom {options.odom}, imu {options.imu or NO_IMU}'
-        raise ConfigError(f'fusion: given {options.fusion} with {given}; allowed: with odom encoder and an IMU')
+    if options.fusion != 'none':
+        imu_of(robot, options.fusion)
+        if options.odom != 'encoder':
+            raise ConfigError(f'fusion: given {options.fusion} with odom {options.odom}; allowed: odom:=encoder')
     if options.slam != 'none' and not is_scripted:
         raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, or slam:=none')
     if not parent_only_lists():  # roslaunch --nodes needs no installed packages

@@ -89,6 +89,7 @@ class CampaignOptions(RunOptions):
     nav: Optional[str] = option(None, 'with feedback or without', group=OVERRIDES, choices=('embedded', 'scripted'))
     robot: Optional[str] = option(None, ROBOT, 'NAME|FILE', group=OVERRIDES)
     imu: Optional[str] = option(None, IMU, 'NAME|FILE', group=OVERRIDES)
+    fusion: Optional[str] = option(None, 'of odometry with the IMU', group=OVERRIDES, choices=('none', 'embedded'))
     record: Optional[str] = option(
         None, 'all topics; without scans and bulk; or no bags', group=OVERRIDES, choices=('full', 'minimal', 'none')
     )

@@ -14,7 +14,7 @@ from diff_encoder_sim.base.params import Params, param
 from diff_encoder_sim.base.per_wheel import WheelDiameter_m
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import TestDefinition
-from diff_encoder_sim.drives.topics import BagFormat, PoseSource
+from diff_encoder_sim.drives.topics import FILTERED, ODOM, BagFormat, PoseSource
 from diff_encoder_sim.simulation.slip import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD
 from diff_encoder_sim.wheels.catalogue import resolution_text
 from diff_encoder_sim.wheels.encoder_params import DEFAULT_PPR, CounterModulus, PulsesPerRevolution, encoder_label
@@ -118,6 +118,11 @@ class Trial(Params):
     def encoder_label(self) -> str:
         """Return how tables and names of files call the encoder."""
         return encoder_label(self.ppr, self.encoder)
+
+    @property
+    def odometry_topic(self) -> str:
+        """Return the topic of the odometry that navigation uses."""
+        return ODOM if self.fusion == 'none' else FILTERED
 
     def goal(self) -> Pose2D:
         """Return the pose at which the robot is to end, in the map frame."""

@@ -17,7 +17,7 @@ from diff_encoder_sim.drives.topics import ODOMETRY_TYPE, STRING_TYPE, TRIAL, TR
 from diff_encoder_sim.drives.trial_definition import Outcome, Trial
 
 _TYPES = {topic.name: topic.message_type for topic in topics.TOPICS}
-POSE_TOPICS = {topic: _TYPES[topic] for topic in topics.TOPIC_OF_SOURCE.values()}  # types by topic
+POSE_TOPICS = {topic: _TYPES[topic] for topic in (*topics.TOPIC_OF_SOURCE.values(), topics.FILTERED)}  # types by topic
 
 
 class TrialRecording(NamedTuple):
@@ -78,7 +78,9 @@ def _read_poses(source: DriveStream) -> Dict[str, PoseSeries]:
     """Read the poses by topic; a bag of several robots, which would be taken for one robot that jumps, is refused."""
     poses = {topic: PoseTopic(topic, kind, source.is_cdr) for topic, kind in POSE_TOPICS.items()}
     nodes: Dict[str, Set[str]] = {}
-    odometry = sorted(topic for topic, kind in source.topics.items() if kind == ODOMETRY_TYPE)
+    odometry = sorted(
+        topic for topic, kind in source.topics.items() if kind == ODOMETRY_TYPE and topic != topics.FILTERED
+    )
     if odometry[1:]:
         raise ConfigError(f'{source.path}: odometry on {" and ".join(odometry)}; expected one robot, on {topics.ODOM}')
     for message in source.messages(POSE_TOPICS):

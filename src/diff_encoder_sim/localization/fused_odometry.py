@@ -10,7 +10,7 @@ from typing import Deque, List, Optional, Set, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.errors import EVENT
-from diff_encoder_sim.base.imu import ImuParams
+from diff_encoder_sim.base.imu import ImuParams, ImuSample
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.localization.fusion import FusionParams, WheelErrors, WheelGyroFilter
@@ -83,6 +83,10 @@ class FusedOdometry:
             self._rates.append((stamp_ns, yaw_rate_radps))
             self._rates_until_ns = stamp_ns + self._due_after_ns
         return [*self._released(), *self._without_reports(stamp_ns)]
+
+    def take_sample(self, sample: ImuSample) -> List[OdometryEstimate]:
+        """Process a sample in the IMU's frame, as `take_imu`."""
+        return self.take_imu(sample.stamp_ns, self._frames[-1], sample.angular_velocity_radps[2])
 
     def take_counts(self, stamp_ns: int, left_count: int, right_count: int) -> List[OdometryEstimate]:
         """Process a report of the counters, wrapped or not; return the estimates that are due.

@@ -151,7 +151,8 @@ class TrialViewNode:
     def __init__(self) -> None:
         plan = required_trial_plan()
         Publisher('world_markers', MarkerArray, latch=True).publish(world_markers(load_world(plan.world), MAP_FRAME))
-        pose_subscriber(topics.ODOM, PathTrail('odom_path', plan.trial.test.start.pose()).add, Odometry)
+        trail = PathTrail('odom_path', plan.trial.test.start.pose())
+        pose_subscriber(plan.trial.odometry_topic, trail.add, Odometry)
         pose_subscriber(topics.GLOBAL_POSE, PathTrail('global_pose_path').add)
         pose_subscriber(topics.WORLD_POSE, PathTrail('world_pose_path').add)
 

@@ -65,8 +65,7 @@ class TrialNode:
         """Publish the trial; `connected` topics are connected before time starts, next to those of GRAPH."""
         self.params, self.plan = node.node_params(TrialParams), node.required_trial_plan()
         self.trial = self.plan.trial
-        fused = () if self.trial.fusion == 'none' else (topics.FILTERED,)
-        self._status, self._graph = status, (*GRAPH, *fused, *connected)
+        self._status, self._graph = status, (*GRAPH, self.trial.odometry_topic, *connected)
         self._record = f'bag: {self.plan.bag}' if self.plan.bag else 'no bag'
         self._true_pose, self._last_pose_s = self.trial.test.start.pose(), time.monotonic()
         self._result = Publisher(topics.TRIAL_RESULT, String, latch=True)

@@ -40,6 +40,7 @@ class LockstepOptions(Params):
     """Keys of a campaign file that apply to each trial."""
 
     nav: Literal['embedded', 'scripted'] = Field('embedded', description='navigated, or a drive without feedback')
+    fusion: Literal['none', 'embedded'] = Field('none', description='of odometry with the IMU, for navigation')
     record: RecordMode = Field('minimal', description='bags of all topics, without bulky ones such as /scan, or none')
     bag_format: BagFormat = Field('ros1', description='of the bags: ROS 1, or MCAP files of ROS 2')
 
@@ -72,6 +73,11 @@ class CampaignParams(LockstepOptions):
     def varied_values(self) -> Dict[str, List[Any]]:
         """Return the values of varied parameters, each a column of trials.csv, and the names under VARIANT."""
         return dict(sorted({**self.vary, **({VARIANT: list(self.variants)} if self.variants else {})}.items()))
+
+    def value_of(self, key: str, varied: Varied) -> Any:
+        """Return the value of a key of this file in a cell, which `vary` or a variant may set."""
+        values = dict(varied)
+        return {**values, **self.variants.get(values.get(VARIANT, ''), {})}.get(key, getattr(self, key))
 
 
 class CampaignCell(NamedTuple):
@@ -116,6 +122,7 @@ class RequestedTrial(NamedTuple):
             ppr=cell.encoder.ppr,
             number=self.seed,
             nav=self.campaign.nav,
+            fusion=self.campaign.value_of('fusion', cell.varied),
             encoder=cell.encoder.name,
             resolution=cell.encoder.resolution,
             variant=dict(cell.varied).get(VARIANT, ''),

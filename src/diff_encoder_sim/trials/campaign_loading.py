@@ -18,7 +18,7 @@ from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, 
 from diff_encoder_sim.robots.robot_file import RobotNotFound
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.trials.campaign_cells import Campaign, CampaignCell, CampaignParams, Varied, text_of
-from diff_encoder_sim.trials.robot_params import RobotParams, check_key, load_robot, load_robot_config, override
+from diff_encoder_sim.trials.robot_params import RobotParams, check_key, imu_of, load_robot, load_robot_config, override
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 from diff_encoder_sim.trials.trial_files import collect
 from diff_encoder_sim.trials.trials_csv import VARIANT
@@ -26,7 +26,7 @@ from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, lo
 
 MOST_CELLS, MOST_TRIALS = 10_000, TRIALS.most  # reject a mistyped list before the memory is full
 LONGEST_DRIVE_S = 86_400.0  # a day, as for the time limit of a route; rejects mistyped numbers
-IMU = 'imu'  # key of a campaign, of its variants, and of `vary`
+IMU, FUSION = 'imu', 'fusion'  # keys of a campaign, of its variants, and of `vary`
 LONGEST_LABEL = 150  # leaves room for the trial number and the suffix of unfinished files
 
 
@@ -154,12 +154,12 @@ def _combinations(
     The campaign's values override the encoder's and those of an IMU of `imus`, by name; these the robot's, and these
     the files of config/.
     """
-    for key in params.vary.keys() - {IMU}:
+    for key in params.vary.keys() - {IMU, FUSION}:
         check_key(key)
     for name, values in (('', params.overrides), *params.variants.items()):
         where = name and f'variants: {name}: '
         for key in values:
-            if not (name and key == IMU):
+            if not (name and key in (IMU, FUSION)):
                 check_key(key, where)
             if key in params.vary:
                 given = f'given under {"variants" if name else "set"} and vary'
@@ -169,11 +169,13 @@ def _combinations(
         varied, resolved = tuple(zip(params.varied_values, combination)), []
         values = {**params.overrides, **dict(varied)}
         values.update(params.variants.get(values.pop(VARIANT, ''), {}))
-        imu = imus[str(values.pop(IMU, params.imu))]
+        fusion, imu = params.value_of(FUSION, varied), imus[str(params.value_of(IMU, varied))]
+        values = {key: value for key, value in values.items() if key not in (IMU, FUSION)}
         for encoder in encoders:
             # The encoder of the robot file is replaced.
             below = {key: value for key, value in of_robot.items() if key not in RESOLUTION_KEYS}
             robot = override(config, {**below, **encoder.overrides, **imu, **values})
+            _check_fusion(fusion, robot)
             if robot.encoder.encoder.counts_per_wheel_turn != (encoder.real and encoder.ppr.left):
                 counts = resolution_text(robot.encoder.encoder) or 'no resolution'
                 other = f'{"encoders" if encoder.real else "ppr"}: {encoder.label}'
@@ -191,6 +193,13 @@ def _combinations(
     for key, values_of_key in params.vary.items():
         _check_unique(key, [text_of(value) for value in values_of_key])
     return combinations
+
+
+def _check_fusion(given: Any, robot: RobotParams) -> None:
+    if given not in ('none', 'embedded'):
+        raise ConfigError(f'fusion: given {given!r}; allowed: none or embedded')
+    if given != 'none':
+        imu_of(robot, given)
 
 
 def as_driven_by(robot: SimulatorParams, test: TestDefinition) -> TestDefinition:

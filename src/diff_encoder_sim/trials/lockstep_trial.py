@@ -10,21 +10,23 @@ import itertools
 import math
 from array import array
 from pathlib import Path
-from typing import Any, Callable, Iterator, List, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.imu import ImuSample
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.drives.trial_definition import Ending, Outcome, RouteFailed, Trial, TrialPlan, goal_error
 from diff_encoder_sim.localization.amcl import AmclEstimate
+from diff_encoder_sim.localization.fused_odometry import FusedOdometry
 from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, NavigatorOutput
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import STATES_PERIOD_NS
 from diff_encoder_sim.trials.navigating_driver import NavigatingDriver
 from diff_encoder_sim.trials.publications import Publications
-from diff_encoder_sim.trials.robot_params import RobotParams, latency_ns
+from diff_encoder_sim.trials.robot_params import RobotParams, imu_of, latency_ns
 from diff_encoder_sim.trials.scripted_drive import ScriptedDriver
 from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, wheel_speeds_mps
@@ -34,11 +36,11 @@ WORLD_POSE_IN_MAP = IDENTITY
 
 
 class Report(NamedTuple):
-    """The state of the trial at one /odom."""
+    """The state of the trial at one report of odometry."""
 
     stamp_ns: int
     true_pose_in_map: Pose2D  # the newest /world_pose
-    odometry: OdometryEstimate
+    odometry: OdometryEstimate  # fused, if the trial has fusion
     estimated_pose_in_map: Optional[Pose2D]  # /global_pose; None before localization
     estimate: Optional[AmclEstimate]  # AMCL's newest
     navigation: NavigatorOutput
@@ -48,6 +50,14 @@ def chain_of(trial: Trial, params: RobotParams) -> Chain:
     """Return the encoders and the odometry of a trial."""
     encoder = params.encoder.model_copy(update={'ppr': trial.ppr, 'seed': trial.number})
     return Chain(encoder, params.odometry.model_copy(update={'ppr': trial.ppr}))
+
+
+def fusion_of(trial: Trial, params: RobotParams) -> Optional[FusedOdometry]:
+    """Return the fused odometry of a trial, None without fusion; ConfigError without an IMU."""
+    if trial.fusion == 'none':
+        return None
+    odometry = params.odometry.model_copy(update={'ppr': trial.ppr})
+    return FusedOdometry(params.fusion, odometry, imu_of(params, trial.fusion))
 
 
 class LockstepTrial:
@@ -64,9 +74,11 @@ class LockstepTrial:
         ConfigError if a file is missing or bad, or the trial needs the live graph.
         """
         trial = plan.trial
-        if trial.odom != 'encoder' or trial.nav == 'upstream' or plan.slam != 'none':
-            given = f'odom {trial.odom}, nav {trial.nav}, slam {plan.slam}'
-            raise ConfigError(f'lockstep: given {given}; allowed: encoder; embedded or scripted; none')
+        if trial.odom != 'encoder' or 'upstream' in (trial.nav, trial.fusion) or plan.slam != 'none':
+            given = f'odom {trial.odom}, nav {trial.nav}, fusion {trial.fusion}, slam {plan.slam}'
+            raise ConfigError(
+                f'lockstep: given {given}; allowed: encoder; embedded or scripted; none or embedded; none'
+            )
         start = trial.test.start.pose()
         self._goal = trial.goal()
         self._is_recorded, self._publications = publications is not None, publications or Publications()
@@ -78,8 +90,10 @@ class LockstepTrial:
         self._numbers = itertools.count()
         self._reports: List[Report] = []  # of this tick
         self._log = array('d')  # of a scripted drive
+        self.imu_log: List[Tuple[int, ImuSample]] = []  # of a scripted drive with fusion, with times of arrival
         self._command = STOP
         self._chain: Optional[Chain] = None
+        self._fusion = fusion_of(trial, params)
         self.ending = Ending(Outcome.TORN)  # until the trial has ended
         self.true_pose_in_map = start  # the newest /world_pose
         self.distance_m = 0.0  # path length of base_link
@@ -100,7 +114,7 @@ class LockstepTrial:
                 self._boundaries = None if self._chain.encoders.needs_every_angle else BoundarySampler(encoder.rate)
                 self._separation_m = params.odometry.wheel_separation
                 self._odometry_latency_ns = latency_ns(params.latency.odometry)
-            self._has_imu = self._publications.takes_imu
+            self._has_imu = self._publications.takes_imu or self._fusion is not None
             has_scans = trial.nav != 'scripted' or self._publications.takes_scans  # not used by scripts
             self._scan_period_ns = params.simulator.lidar.period_ns if has_scans else 0
         except BaseException:  # the caller has no object yet to close the physics
@@ -145,7 +159,7 @@ class LockstepTrial:
             self._publications.joint_states(simulator.joint_states())
         imu = simulator.imu() if self._has_imu else None
         if imu is not None:
-            self._publications.imu(now_ns, imu)
+            self._take_imu(now_ns, imu)
         if self._chain is None:
             self._log.extend((*self._wheel_angles_rad(), *self._command))
         else:
@@ -174,16 +188,31 @@ class LockstepTrial:
         (left, left_sign), (right, right_sign) = self._wheels
         return left_sign * angles_rad[left], right_sign * angles_rad[right]
 
+    def _take_imu(self, now_ns: int, sample: ImuSample) -> None:
+        self._publications.imu(now_ns, sample)
+        if self._fusion is not None and self._chain is None:
+            self.imu_log.append((now_ns, sample))
+        elif self._fusion is not None:
+            self._send_odometry(now_ns, self._fusion.take_sample(sample), True)
+
     def _read(self, chain: Chain, now_ns: int) -> None:
         """Update the encoder, and integrate its reports."""
         for sample, estimate in chain.step(now_ns, *self._wheel_angles_rad()):
             self._publications.encoder_pulse(now_ns, sample)
             if estimate is not None:
-                due_ns = now_ns + self._odometry_latency_ns
-                self._at(due_ns, self._take_odometry, due_ns, estimate)
+                self._send_odometry(now_ns, [estimate], False)
+            if self._fusion is not None:
+                self._send_odometry(now_ns, self._fusion.take_counts(*sample[:3]), True)
 
-    def _take_odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
-        self._publications.odometry(now_ns, estimate)
+    def _send_odometry(self, now_ns: int, estimates: Sequence[OdometryEstimate], is_fused: bool) -> None:
+        due_ns = now_ns + self._odometry_latency_ns
+        for estimate in estimates:
+            self._at(due_ns, self._take_odometry, due_ns, estimate, is_fused)
+
+    def _take_odometry(self, now_ns: int, estimate: OdometryEstimate, is_fused: bool) -> None:
+        self._publications.odometry(now_ns, estimate, is_fused)
+        if not is_fused and self._fusion is not None:
+            return
         driver = self.driver
         assert isinstance(driver, NavigatingDriver)
         driver.take_odometry(now_ns, estimate)

@@ -51,7 +51,7 @@ class Publications:
     _imu: Optional[encoders.ImuEncoder] = None  # if there is an IMU
     _models: Optional[encoders.ModelStatesEncoder] = None  # if it records /gazebo/model_states
     _map_frame = _odom_frame = _base_frame = _laser = ''
-    _joints, _scan_s, _has_odom_tf = ('', ''), 0.0, False
+    _joints, _scan_s, _tf_node = ('', ''), 0.0, ''
 
     def __init__(self, bag: Optional[TrialBag] = None, params: Optional[RobotParams] = None, nav: str = '') -> None:
         """Create the publications; a bag needs the parameters of the robot and `nav` of the trial."""
@@ -60,7 +60,7 @@ class Publications:
         self._bag = bag
         self._trial_node = topics.SCRIPTED_DRIVE_NODE if nav == 'scripted' else topics.NAVIGATION_TRIAL_NODE
         self._map_frame, self._odom_frame = params.amcl.global_frame_id, params.odometry.odom_frame
-        self._base_frame, self._has_odom_tf = params.odometry.base_frame, params.odometry.publish_tf
+        self._base_frame, self._tf_node = params.odometry.base_frame, topics.ODOM_NODE * params.odometry.publish_tf
         self._joints = params.encoder.left_joint, params.encoder.right_joint
         self._laser, self._scan_s = params.simulator.laser_link, 1.0 / params.simulator.lidar.rate
         if params.simulator.imu is not None:
@@ -68,6 +68,8 @@ class Publications:
 
     def trial(self, trial: Trial) -> None:
         """Publish /trial, first of all."""
+        if trial.fusion != 'none':
+            self._tf_node = topics.FUSION_NODE
         self._bag.publish(topics.TRIAL, self._trial_node, 0, encoders.encode_string, trial.model_dump_json())
 
     def begin(self, trial: Trial, simulator: Simulator, robot_file: Path) -> None:
@@ -143,13 +145,13 @@ class Publications:
             self._bag.publish(topics.ENCODER_VELOCITY, node, now_ns, encoders.encode_wheel_speeds, *speeds)
         self._bag.publish(topics.ENCODER_PULSE, node, now_ns, encoders.encode_encoder_pulse, sample, self._joints)
 
-    def odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
-        """Publish /odom, and odom->base_link on /tf."""
+    def odometry(self, now_ns: int, estimate: OdometryEstimate, is_fused: bool = False) -> None:
+        """Publish /odom or /odometry/filtered; that of navigation also as odom->base_link on /tf."""
         frames = self._odom_frame, self._base_frame
-        if self._has_odom_tf:
-            pose, stamp_ns = estimate.base_pose_in_odom, estimate.stamp_ns
-            self._transform(topics.TF, topics.ODOM_NODE, now_ns, pose, stamp_ns, *frames)
-        self._bag.publish(topics.ODOM, topics.ODOM_NODE, now_ns, encoders.encode_odometry, estimate, *frames)
+        topic, node = (topics.FILTERED, topics.FUSION_NODE) if is_fused else (topics.ODOM, topics.ODOM_NODE)
+        if node == self._tf_node:
+            self._transform(topics.TF, node, now_ns, estimate.base_pose_in_odom, estimate.stamp_ns, *frames)
+        self._bag.publish(topic, node, now_ns, encoders.encode_odometry, estimate, *frames)
 
     def amcl_pose(self, now_ns: int, estimate: AmclEstimate) -> None:
         """Publish /amcl_pose."""

@@ -12,6 +12,7 @@ from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.imu import ImuParams
 from diff_encoder_sim.base.params import Params, did_you_mean, field_struct, merged, nested, split_params, with_changes
 from diff_encoder_sim.base.per_wheel import PerWheel, WheelDiameter
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -140,6 +141,13 @@ def _robot_params(config: Mapping[str, Any], paths: Mapping[str, Path]) -> Robot
     if unset:
         parts['odometry'] = with_changes(parts['odometry'], unset, 'simulator.wheel_errors')
     return RobotParams(**parts)
+
+
+def imu_of(params: RobotParams, fusion: str) -> ImuParams:
+    """Return the parameters of the IMU for fusion; ConfigError without an IMU."""
+    if params.simulator.imu is None:
+        raise ConfigError(f'fusion: given {fusion} without an IMU; allowed: with an IMU, such as mpu6050, or none')
+    return params.simulator.imu
 
 
 def check_key(key: str, where: str = '') -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import heapq
+from collections import deque
 from pathlib import Path
 from typing import Any, Callable, Iterator, List, Optional, Sequence, Tuple
 
@@ -16,11 +17,11 @@ from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.simulation.state import TICK_NS
 from diff_encoder_sim.trials.campaign_cells import TrialSetup
-from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report, chain_of
+from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report, chain_of, fusion_of
 from diff_encoder_sim.trials.navigating_driver import NO_NAVIGATION
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import latency_ns
-from diff_encoder_sim.wheels.odometry import wheel_speeds_mps
+from diff_encoder_sim.wheels.odometry import OdometryEstimate, wheel_speeds_mps
 
 # Place of a message in its bag: the tick, and the order within the tick. Live nodes publish in this order.
 Place = Tuple[int, int]
@@ -58,7 +59,7 @@ def run_scripted_trials(trials: Sequence[TrialSetup], robot_file: Path) -> Tuple
 
     Returns the drive, and the last report of each trial; None if the drive ended before the first.
     """
-    plan, params, options = trials[0]
+    plan, params, options = next((each for each in trials if each.plan.trial.fusion != 'none'), trials[0])
     with contextlib.ExitStack() as opened:
         bags = [opened.enter_context(TrialBag(each.bag, options.record, each.bag_format)) for each, *_ in trials]
         shared = _SharedMessages(options.record)
@@ -85,17 +86,28 @@ def _run_chain(
     reports: List[_Event] = []
     odometry: List[_Event] = []
     last: Optional[Report] = None
+    fusion, imu_log = fusion_of(trial, params), deque(robot.imu_log)
     for tick, sample, estimate in zip(run.rows[0].tolist(), run.samples(), run.estimates()):
         now_ns = tick * TICK_NS
         reports.append(((tick, _REPORTS), publications.encoder_pulse, (now_ns, sample)))
-        due_ns = now_ns + odometry_latency_ns
-        due_tick = -(-due_ns // TICK_NS)
-        if estimate is not None and due_tick < ticks_with_odometry:
-            # Odometry begins at the surveyed start pose, as by scripted_drive_node's transform.
-            pose, place = start.compose(estimate.base_pose_in_odom), (due_tick, _ODOMETRY)
-            odometry.append((place, publications.odometry, (due_ns, estimate)))
-            odometry.append((place, publications.global_pose, (due_ns, estimate.stamp_ns, pose)))
-            last = Report(estimate.stamp_ns, robot.true_pose_in_map, estimate, pose, None, NO_NAVIGATION)
+        estimates: List[Tuple[int, OdometryEstimate, bool]] = []
+        while fusion is not None and imu_log and imu_log[0][0] <= now_ns:
+            time_ns, measured = imu_log.popleft()
+            estimates += [(time_ns, each, True) for each in fusion.take_sample(measured)]
+        if estimate is not None:
+            estimates.append((now_ns, estimate, False))
+        if fusion is not None:
+            estimates += [(now_ns, each, True) for each in fusion.take_counts(*sample[:3])]
+        for time_ns, each, is_fused in estimates:
+            due_ns = time_ns + odometry_latency_ns
+            due_tick = -(-due_ns // TICK_NS)
+            if due_tick < ticks_with_odometry:
+                # Odometry begins at the surveyed start pose, as by scripted_drive_node's transform.
+                pose, place = start.compose(each.base_pose_in_odom), (due_tick, _ODOMETRY)
+                odometry.append((place, publications.odometry, (due_ns, each, is_fused)))
+                if is_fused or fusion is None:
+                    odometry.append((place, publications.global_pose, (due_ns, each.stamp_ns, pose)))
+                    last = Report(each.stamp_ns, robot.true_pose_in_map, each, pose, None, NO_NAVIGATION)
     for _, publish, message in heapq.merge(shared.events(bag), reports, odometry, key=lambda event: event[0]):
         publish(*message)
     return last
