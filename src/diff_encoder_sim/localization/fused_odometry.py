@@ -7,8 +7,6 @@ import math
 from collections import deque
 from typing import Deque, List, Optional, Set, Tuple
 
-import numpy as np
-
 from diff_encoder_sim.base.errors import EVENT
 from diff_encoder_sim.base.imu import ImuParams, ImuSample
 from diff_encoder_sim.base.se2 import Pose2D
@@ -171,7 +169,8 @@ class FusedOdometry:
         if stamp_ns <= self._estimate_ns or self._sampler.period_index(stamp_ns) is None:
             return []
         self._estimate_ns = stamp_ns
-        of_pose, of_twist = fused.pose_covariance, fused.twist_covariance
+        (xx, xy, x_yaw), (_, yy, y_yaw), (*_, yaw_yaw) = fused.pose_covariance.tolist()
+        (of_linear, together), (_, of_angular) = fused.twist_covariance.tolist()
         linear_mps, angular_radps = fused.twist.tolist()
         return [
             OdometryEstimate(
@@ -179,8 +178,8 @@ class FusedOdometry:
                 Pose2D(*fused.pose.tolist()),
                 linear_mps,
                 angular_radps,
-                PlanarCovariance(*of_pose[np.triu_indices(3)].tolist()),
-                TwistCovariance(*of_twist[np.triu_indices(2)].tolist()),
+                PlanarCovariance(xx, xy, x_yaw, yy, y_yaw, yaw_yaw),
+                TwistCovariance(of_linear, together, of_angular),
                 0.0 - self._axle_x_m * angular_radps,  # never -0.0
             )
         ]
