@@ -41,7 +41,7 @@ def write_drive_page(
     from diff_encoder_sim.calibration.drive_page import DrivePage, write_page  # noqa: PLC0415 - Altair takes a second
 
     path, odometry = opened.source.path, opened.robot.odometry
-    diameter, compared = odometry.wheel_diameter, {one.encoder.chosen.label: one for one in encoded if one.errors}
+    diameter, compared = odometry.wheel_diameter, {one.encoder.label: one for one in encoded if one.errors}
     geometry = WheelGeometry(diameter.left, diameter.right, odometry.wheel_separation)
     if opened.poses and compared:
         causes = _causes(read, opened, comparison, list(compared.values()), geometry)
@@ -76,9 +76,9 @@ def _causes(
         return EncoderError(name, float(np.square(errors.of_draws[:, 0]).mean()) if errors else 0.0, ate_m)
 
     tested = [
-        quantised(one.encoder, ppr_text(one.encoder.chosen.label, UNIT), one.errors.spreads['ate_m'].median)
+        quantised(one.encoder, ppr_text(one.encoder.label, UNIT), one.errors.spreads['ate_m'].median)
         for one in encoded
-        if one.errors
+        if one.errors and one.encoder.imu is None
     ]
     recorded, slip, covariance, calibration = None, None, np.zeros((3, 3)), robot.file.calibration
     if wheels.ppr:  # finer counts than the recorded ones: the mean square is proportional to the square of a count

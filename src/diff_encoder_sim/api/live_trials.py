@@ -28,13 +28,7 @@ from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, UNKNOWN
 from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ, STATES_PERIOD_S, STATES_RATE_HZ
 from diff_encoder_sim.trials.campaign_loading import as_driven_by
-from diff_encoder_sim.trials.required_packages import (
-    GAZEBO,
-    UPSTREAM_FUSION,
-    UPSTREAM_NAVIGATION,
-    UPSTREAM_SLAM,
-    require,
-)
+from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM, require
 from diff_encoder_sim.trials.robot_params import imu_of
 from diff_encoder_sim.trials.route_driver import misfit
 from diff_encoder_sim.wheels.catalogue import encoder_lines
@@ -80,11 +74,9 @@ def plan(options: TrialOptions) -> LivePlan:
     if options.slam != 'none' and not is_scripted:
         raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, or slam:=none')
     if not parent_only_lists():  # roslaunch --nodes needs no installed packages
-        needed = {UPSTREAM_NAVIGATION: options.nav == 'upstream', UPSTREAM_SLAM: options.slam == 'upstream'}
-        needed[UPSTREAM_FUSION] = options.fusion == 'upstream'
-        for package, is_needed in {**needed, GAZEBO: options.sim == 'gazebo'}.items():
-            if is_needed:
-                require(package)
+        chosen_stacks = [package for key, package in UPSTREAM.items() if getattr(options, key) == 'upstream']
+        for package in [*chosen_stacks, *([GAZEBO] if options.sim == 'gazebo' else [])]:
+            require(package)
     world = find_world(trial.test.world, folder / 'worlds')
     map_path = users_path(options.map) if options.map else world.with_suffix('.yaml')
     if not is_scripted:

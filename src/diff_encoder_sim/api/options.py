@@ -10,6 +10,7 @@ from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, 
 from diff_encoder_sim.base.bounds import COUNTER_STATES, LENGTH, PLACES, PULSES_PER_TURN, SEEDS, TRIALS, Between
 from diff_encoder_sim.drives.number_units import ANGLE_UNITS, LENGTH_UNITS, TIME_UNITS, UNITS
 from diff_encoder_sim.drives.topics import BAG_FORMATS, ODOM, SCAN
+from diff_encoder_sim.drives.topics import IMU as IMU_DATA
 from diff_encoder_sim.robots.wheel_quality import QUALITIES
 
 ROBOT = 'robot: a name (config/robots/), a robot file (.yaml), or a xacro or URDF file'
@@ -19,6 +20,7 @@ TESTS = 'tests: SL, SMT, DLD, UMBMARK, or .yaml files'
 OVERRIDES = 'overrides of the campaign file (--ppr or --encoders: of both)'
 WHEELS, NO_ANGLES = 'wheels, if the bag has several', 'wheels of a drive without wheel angles'
 DRAWS, DELAYS = Between(0, 10_000), Between(-10.0, 10.0, 's')
+FUSED = 'fusion of odometry with an IMU'
 REFERENCE = 'reference: poses that do not depend on the wheels'
 SQUARES = 'UMBmark'
 TWO_NUMBERS = 'two numbers in place of a robot (by default 10 m straight; no URDF, laser, simulation or trials)'
@@ -217,6 +219,12 @@ class DriveOptions(SourceOptions):
     reference_delay: Optional[float] = option(
         None, 'age of its poses at their stamps, in s (default: that of the robot file, else 0)', 'S', DELAYS, REFERENCE
     )
+
+    fusion: str = option(
+        'none', 'also fuse with an IMU of the bag (with --imu)', group=FUSED, choices=('none', 'embedded')
+    )
+    imu: str = option('', 'the IMU: mpu6050, ... (files of config/imu/), or a .yaml file', 'NAME|FILE', group=FUSED)
+    imu_topic: str = option(IMU_DATA, 'topic of its samples (sensor_msgs/Imu)', 'TOPIC', group=FUSED)
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,8 @@ from diff_encoder_sim.api.recorded_sources import OpenedDrive, open_drive, recor
 from diff_encoder_sim.api.wheel_options import RecordedRobot, parameters_with
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.imu import load_imu
+from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.drives import reencoding as encoding
@@ -109,9 +111,11 @@ def reencoding(options: DriveOptions, command: str = 'reencode') -> Reencoding:
     opened = opened._replace(robot=robot)
     chosen = wheel_options.chosen_encoders(options, robot.encoder)
     files = output_files(options.out, path, chosen)
-    encoders = [Encoder(each, *parameters_with(each, robot.encoder, robot.odometry)) for each in chosen]
+    encoders = _with_fusion(
+        options, [Encoder(each, *parameters_with(each, robot.encoder, robot.odometry)) for each in chosen]
+    )
     copied = [*encoding.copied_topics(source), *([TRIAL] if trial else [])] if files else []
-    read = encoding.read_drive(source, wheels, poses, copied)
+    read = encoding.read_drive(source, wheels, poses, copied, options.imu_topic if options.fusion != 'none' else '')
     read_s = time.perf_counter() - begin_s
     comparison = _comparison(options, read, opened)
     why = f'{"; ".join(read.notes[-1:]) or source.fault or "too short"}; expected two reports of the encoder'
@@ -147,7 +151,7 @@ def reencoding(options: DriveOptions, command: str = 'reencode') -> Reencoding:
         lines.append(f'start angles of the wheels: {draws} sampled by --seed {robot.encoder.seed}')
     drives = [
         ReencodedDrive(
-            one.encoder.chosen.label, PoseSeries(*map(np.concatenate, zip(*one.paths))), *(one.errors or (None, {}))[:2]
+            one.encoder.label, PoseSeries(*map(np.concatenate, zip(*one.paths))), *(one.errors or (None, {}))[:2]
         )
         for one in encoded
     ]
@@ -158,6 +162,14 @@ def reencoding(options: DriveOptions, command: str = 'reencode') -> Reencoding:
         '\n'.join([*lines, '', encoding.text_table(rows, draws), '', legend, *conclusion]),
         [*files.values(), *filter(None, [options.page, options.json])],
     )
+
+
+def _with_fusion(options: DriveOptions, encoders: List[Encoder]) -> List[Encoder]:
+    """Return the encoders, each followed by itself with the IMU, if there is fusion."""
+    if options.fusion == 'none':
+        return encoders
+    imu = load_imu(options.imu, package_folder() / 'config', Path()).imu
+    return [one for each in encoders for one in (each, each._replace(imu=imu))]
 
 
 def _start_phases(options: DriveOptions, opened: OpenedDrive) -> Optional[np.ndarray]:
@@ -239,8 +251,13 @@ def _encoded(
     try:
         with contextlib.ExitStack() as bags:  # removes the bags after an error
             if files:
-                written = [bags.enter_context(TrialBag(files[each.chosen.label], 'full')) for each in encoders]
-                encoded = [encode(encoder, bag=bag) for encoder, bag in zip(encoders, written)]
+                # One for each encoder: that of fusion also has the odometry of the wheels.
+                last = {each.chosen.label: each for each in encoders}
+                written = {name: bags.enter_context(TrialBag(files[name], 'full')) for name in last}
+                encoded = [
+                    encode(each, bag=written[each.chosen.label] if each is last[each.chosen.label] else None)
+                    for each in encoders
+                ]
             else:
                 pool = bags.enter_context(ThreadPoolExecutor(workers))
                 encoded = list(pool.map(encode, encoders))  # the kernels of draws release the interpreter

@@ -6,6 +6,7 @@ import csv
 import io
 import itertools
 import math
+import operator
 from array import array
 from collections import defaultdict, deque
 from typing import Any, DefaultDict, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
@@ -14,13 +15,14 @@ import numpy as np
 from tabulate import tabulate
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.base.imu import ImuParams
 from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import message_encoders as encoders
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.comparison import ERROR_NAMES, Comparison, Errors, Spread, drawn_paths
+from diff_encoder_sim.drives.comparison import ERROR_NAMES, Comparison, DrawnPaths, Errors, Spread, drawn_paths
 from diff_encoder_sim.drives.drive_stream import DriveStream, Message
-from diff_encoder_sim.drives.message_decoders import decode_command
+from diff_encoder_sim.drives.message_decoders import decode_command, decode_imu
 from diff_encoder_sim.drives.recorded_poses import RecordedPoses
 from diff_encoder_sim.drives.reference import Reference, read_reference
 from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, RpePairs, rpe_name
@@ -28,6 +30,8 @@ from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Trial, with_encoder
 from diff_encoder_sim.drives.typestore import to_ros1
 from diff_encoder_sim.drives.wheel_source import TimedDrive, WheelSource
+from diff_encoder_sim.localization.fused_odometry import FusedOdometry
+from diff_encoder_sim.localization.fusion import FusionParams
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, wheel_speeds_mps
@@ -38,6 +42,9 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 # The truth, and how a trial ended: copied as they are, with the node that published them.
 COPIED = {topics.WORLD_POSE: topics.WORLD_POSE_NODE, topics.TRIAL_RESULT: topics.NAVIGATION_TRIAL_NODE}
 
+FusedReport = Tuple[int, OdometryEstimate]
+FUSED_RATE_HZ = 1000.0  # each report
+MOST_FUSED_DRAWS = 20
 FEW_REPORTS = 5000  # importing numba takes as long as the odometry of this many reports without it
 
 
@@ -61,19 +68,27 @@ class ReadDrive(NamedTuple):
     messages: int  # of the wheels
     duration_s: float  # between the first and the last of them, by the recorder's clock
     notes: List[str]  # unusable messages, one line each
+    imu: List[Tuple[int, Tuple[int, str, float]]]  # times of recording; stamp [ns], frame and yaw rate [rad/s]
 
 
 def read_drive(
-    source: DriveStream, wheels: WheelSource, reference: Optional[RecordedPoses], copied: Sequence[str] = ()
+    source: DriveStream,
+    wheels: WheelSource,
+    reference: Optional[RecordedPoses],
+    copied: Sequence[str] = (),
+    imu_topic: str = '',
 ) -> ReadDrive:
-    """Read wheels, poses and copied topics, which are of ROS's own types; ConfigError if the wrap is unknown."""
+    """Read wheels, poses, an IMU and copied topics of ROS's own types; ConfigError if the wrap or a topic is unknown."""
+    if imu_topic and source.topics.get(imu_topic) != topics.IMU_TYPE:
+        raise ConfigError(f'--imu-topic: {imu_topic} is not in {source.path}; allowed: a topic of sensor_msgs/Imu')
+    imu: List[Tuple[int, Tuple[int, str, float]]] = []
     reference_topics = reference.topics if reference else ()
     commanded = (topics.CMD_VEL,) if has_commands(source) else ()
     commands: List[Tuple[int, float, float]] = []
     copies: List[Message] = []
     times_ns = array('q')  # of the wheels' messages
     faults: DefaultDict[str, List[str]] = defaultdict(list)  # by topic
-    for message in source.messages({*wheels.topics, *reference_topics, *commanded, *copied}):
+    for message in source.messages({*wheels.topics, *reference_topics, *commanded, *copied, imu_topic}):
         topic = message.topic
         try:
             if topic in wheels.topics:
@@ -83,6 +98,8 @@ def read_drive(
                 reference.add(message)
             if topic in commanded:
                 commands.append((message.time_ns, *decode_command(message.raw, source.is_cdr)))
+            if topic == imu_topic:
+                imu.append((message.time_ns, decode_imu(message.raw, source.is_cdr)))
             if topic in copied:
                 raw = to_ros1(message.raw, source.topics[topic]) if source.is_cdr else message.raw
                 copies.append(message._replace(raw=raw))
@@ -106,7 +123,7 @@ def read_drive(
         times = f'{len(drives) - 1} times, to {", ".join(starts_s[1:4])}'
         notes.append(f'joint stamps went back {times}: encoders and odometry restarted')
     duration_s = (max(times_ns, default=0) - min(times_ns, default=0)) / NANOSECONDS_PER_SECOND
-    return ReadDrive(drives, references, commands, copies, len(times_ns), duration_s, notes)
+    return ReadDrive(drives, references, commands, copies, len(times_ns), duration_s, notes, imu)
 
 
 def overlap_fault(read: ReadDrive) -> str:
@@ -128,6 +145,28 @@ class Encoder(NamedTuple):
     chosen: ChosenEncoder
     params: EncoderParams
     odometry: OdometryParams
+    imu: Optional[ImuParams] = None  # with which odometry is fused
+
+    @property
+    def label(self) -> str:
+        """Return the name in tables."""
+        return f'{self.chosen.label} fused' if self.imu else self.chosen.label
+
+    def fused(self, read: ReadDrive, times_ns: List[int], samples: Sequence[EncoderSample]) -> List[FusedReport]:
+        """Return the fused odometry of reports with times of recording, with the times at which it is due."""
+        if self.imu is None:
+            return []
+        fusion = FusedOdometry(FusionParams(frequency=FUSED_RATE_HZ), self.odometry, self.imu)
+        begin_ns, end_ns = times_ns[0], times_ns[-1]
+        events: List[Tuple[int, bool, Tuple[Any, ...]]] = [
+            (time_ns, True, each[:3]) for time_ns, each in zip(times_ns, samples)
+        ]
+        events += [(time_ns, False, each) for time_ns, each in read.imu if begin_ns <= time_ns <= end_ns]
+        return [
+            (time_ns, estimate)
+            for time_ns, is_report, given in sorted(events, key=operator.itemgetter(0))
+            for estimate in (fusion.take_counts if is_report else fusion.take_imu)(*given)
+        ]
 
 
 class EncodedDrive(NamedTuple):
@@ -152,6 +191,8 @@ def encode_drive(
     `phases_rad` (draws, 2) are added to the angles of each draw. The bag gets each message of the first draw at the
     time of the message that led to it, and the recorded trial as if it had been driven with the encoder.
     """
+    if encoder.imu is not None and phases_rad is not None:
+        phases_rad = phases_rad[:MOST_FUSED_DRAWS]
     chain, draws = Chain(encoder.params, encoder.odometry), 1 if phases_rad is None else len(phases_rad)
     paths: List[PoseSeries] = []
     drawn, reports, copies = [], 0, deque(read.copies)
@@ -164,43 +205,61 @@ def encode_drive(
             commands = np.array(speeds_mps)[newest]
         run = chain.run(timed.drive, None if phases_rad is None else phases_rad[:1], commands)
         reports += len(run.rows[0])
-        if phases_rad is not None and draws > 1:
-            drawn.append(drawn_paths(*encoder[1:], timed.drive, phases_rad, commands, run.rows[0]))
-        if not bag and len(run.rows[0]) > FEW_REPORTS:
+        times_ns, samples = timed.times_ns[run.rows[0]].tolist(), run.samples()
+        fused = encoder.fused(read, times_ns, samples)
+        if phases_rad is not None and draws > 1 and encoder.imu is None:
+            drawn.append(drawn_paths(encoder.params, encoder.odometry, timed.drive, phases_rad, commands, run.rows[0]))
+        elif phases_rad is not None and draws > 1:
+            runs = (chain.run(timed.drive, phase_rad[None], commands) for phase_rad in phases_rad)
+            paths_of_draws = (_path([each for _, each in encoder.fused(read, times_ns, one.samples())]) for one in runs)
+            drawn.append(DrawnPaths(draw, path[0], path[1][None]) for draw, path in enumerate(paths_of_draws))
+        if not bag and not fused and len(run.rows[0]) > FEW_REPORTS:
             stamps_ns, poses = run.stamps_ns[0], run.poses[0]
             is_new = np.diff(np.maximum.accumulate(stamps_ns), prepend=-1) > 0  # odometry ignores the others
             paths.append(PoseSeries(stamps_ns[is_new], poses[is_new]))
             continue
         estimates = run.estimates()
-        used = [estimate for estimate in estimates if estimate is not None]
-        poses = np.array([each.base_pose_in_odom for each in used]).reshape(-1, 3)
-        paths.append(PoseSeries(np.array([each.stamp_ns for each in used], np.int64), poses))
+        paths.append(_path([each for _, each in fused] or [each for each in estimates if each is not None]))
         if bag:
-            for time_ns, sample, estimate in zip(timed.times_ns[run.rows[0]].tolist(), run.samples(), estimates):
+            due = deque(fused)
+            for time_ns, sample, estimate in zip(times_ns, samples, estimates):
                 while copies and copies[0].time_ns < time_ns:
                     _copy(bag, copies.popleft(), encoder, trial)
                 _report(bag, time_ns, sample, estimate, encoder)
+                while due and due[0][0] <= time_ns:
+                    _publish(bag, time_ns, due.popleft()[1], encoder, True)
     if bag:
         for message in copies:
             _copy(bag, message, encoder, trial)
     return EncodedDrive(encoder, reports, paths, comparison.errors(paths, draws, drawn) if comparison else None)
 
 
+def _path(estimates: Sequence[OdometryEstimate]) -> PoseSeries:
+    poses = np.array([each.base_pose_in_odom for each in estimates]).reshape(-1, 3)
+    return PoseSeries(np.array([each.stamp_ns for each in estimates], np.int64), poses)
+
+
 def _report(
     bag: TrialBag, time_ns: int, sample: EncoderSample, estimate: Optional[OdometryEstimate], encoder: Encoder
 ) -> None:
     """Write /encoder_pulse, /encoder_velocity if speeds are measured, /odom and /tf."""
-    joints, odometry = (encoder.params.left_joint, encoder.params.right_joint), encoder.odometry
+    joints = encoder.params.left_joint, encoder.params.right_joint
     if sample.wheel_rates_radps is not None:
         speeds = sample.stamp_ns, sample.wheel_rates_radps, joints
         bag.publish(topics.ENCODER_VELOCITY, topics.ENCODER_NODE, time_ns, encoders.encode_wheel_speeds, *speeds)
     bag.publish(topics.ENCODER_PULSE, topics.ENCODER_NODE, time_ns, encoders.encode_encoder_pulse, sample, joints)
     if estimate is not None:
-        frames = odometry.odom_frame, odometry.base_frame
-        if odometry.publish_tf:
-            transform = estimate.base_pose_in_odom, estimate.stamp_ns, *frames
-            bag.publish(topics.TF, topics.ODOM_NODE, time_ns, encoders.encode_planar_tf, *transform)
-        bag.publish(topics.ODOM, topics.ODOM_NODE, time_ns, encoders.encode_odometry, estimate, *frames)
+        _publish(bag, time_ns, estimate, encoder, False)
+
+
+def _publish(bag: TrialBag, time_ns: int, estimate: OdometryEstimate, encoder: Encoder, is_fused: bool) -> None:
+    """Write /odom or /odometry/filtered, of which the latter is on /tf if there is an IMU."""
+    frames = encoder.odometry.odom_frame, encoder.odometry.base_frame
+    topic, node = (topics.FILTERED, topics.FUSION_NODE) if is_fused else (topics.ODOM, topics.ODOM_NODE)
+    if encoder.odometry.publish_tf and is_fused == (encoder.imu is not None):
+        transform = estimate.base_pose_in_odom, estimate.stamp_ns, *frames
+        bag.publish(topics.TF, node, time_ns, encoders.encode_planar_tf, *transform)
+    bag.publish(topic, node, time_ns, encoders.encode_odometry, estimate, *frames)
 
 
 def _copy(bag: TrialBag, message: Message, encoder: Encoder, trial: Optional[Trial]) -> None:
@@ -208,7 +267,9 @@ def _copy(bag: TrialBag, message: Message, encoder: Encoder, trial: Optional[Tri
     if message.topic != topics.TRIAL:
         bag.publish(message.topic, COPIED[message.topic], message.time_ns, bytes, message.raw)
     elif trial is not None:
-        text = with_encoder(trial, encoder.params, encoder.odometry, encoder.chosen.name).model_dump_json()
+        fusion = {'fusion': 'none' if encoder.imu is None else 'embedded'}
+        driven = with_encoder(trial, encoder.params, encoder.odometry, encoder.chosen.name)
+        text = driven.model_copy(update=fusion).model_dump_json()
         bag.publish(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, message.time_ns, encoders.encode_string, text)
 
 
@@ -220,7 +281,7 @@ def error_rows(encoded: Sequence[EncodedDrive]) -> List[Dict[str, Value]]:
     rows = []
     for one in encoded:
         error = one.errors and one.errors.first
-        row: Dict[str, Value] = {'ppr': one.encoder.chosen.label, 'reports': one.reports}
+        row: Dict[str, Value] = {'ppr': one.encoder.label, 'reports': one.reports}
         row['common_stamps'] = error and error.poses
         for name in ('ate_rmse_m', 'ate_max_m', 'yaw_rmse_rad'):
             row[name] = error and getattr(error, name)
@@ -252,7 +313,7 @@ def errors_json(encoded: Sequence[EncodedDrive]) -> List[Dict[str, Any]]:
     """Return the encoders with the spreads of their errors in SI units, for JSON; None for a missing value."""
     return [
         {
-            'label': one.encoder.chosen.label,
+            'label': one.encoder.label,
             'ppr': one.encoder.chosen.ppr.plain,
             **{name: {each: row[spread_column(name, each)] for each in Spread._fields} for name in ERROR_NAMES},
         }

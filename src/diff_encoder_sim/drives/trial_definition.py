@@ -68,16 +68,8 @@ def goal_error(true_pose_in_map: Pose2D, goal_in_map: Pose2D, limit_m: float = G
 # Fields of Trial, by the parameters of which they have the names.
 OF_ODOMETRY = ('wheel_diameter', 'wheel_separation', 'axle_x')
 OF_ENCODER = ('left_joint', 'right_joint', 'left_reversed', 'right_reversed')
-_LEFT_OUT_IF_USUAL = (
-    'axle_x',
-    *OF_ENCODER,
-    'encoder',
-    'resolution',
-    'variant',
-    'fusion',
-    'counter_modulus',
-    *UNCERTAINTY_KEYS,
-)
+_OF_CATALOGUE = ('encoder', 'resolution')
+_LEFT_OUT_IF_USUAL = ('axle_x', *OF_ENCODER, *_OF_CATALOGUE, 'variant', 'fusion', 'counter_modulus', *UNCERTAINTY_KEYS)
 
 
 class Trial(Params):

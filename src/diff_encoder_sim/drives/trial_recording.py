@@ -78,9 +78,7 @@ def _read_poses(source: DriveStream) -> Dict[str, PoseSeries]:
     """Read the poses by topic; a bag of several robots, which would be taken for one robot that jumps, is refused."""
     poses = {topic: PoseTopic(topic, kind, source.is_cdr) for topic, kind in POSE_TOPICS.items()}
     nodes: Dict[str, Set[str]] = {}
-    odometry = sorted(
-        topic for topic, kind in source.topics.items() if kind == ODOMETRY_TYPE and topic != topics.FILTERED
-    )
+    odometry = sorted({topic for topic, kind in source.topics.items() if kind == ODOMETRY_TYPE} - {topics.FILTERED})
     if odometry[1:]:
         raise ConfigError(f'{source.path}: odometry on {" and ".join(odometry)}; expected one robot, on {topics.ODOM}')
     for message in source.messages(POSE_TOPICS):

@@ -76,9 +76,8 @@ class LockstepTrial:
         trial = plan.trial
         if trial.odom != 'encoder' or 'upstream' in (trial.nav, trial.fusion) or plan.slam != 'none':
             given = f'odom {trial.odom}, nav {trial.nav}, fusion {trial.fusion}, slam {plan.slam}'
-            raise ConfigError(
-                f'lockstep: given {given}; allowed: encoder; embedded or scripted; none or embedded; none'
-            )
+            allowed = 'encoder; embedded or scripted; none or embedded; none'
+            raise ConfigError(f'lockstep: given {given}; allowed: {allowed}')
         start = trial.test.start.pose()
         self._goal = trial.goal()
         self._is_recorded, self._publications = publications is not None, publications or Publications()

@@ -28,6 +28,7 @@ UPSTREAM_FUSION = RequiredPackages(
     ('robot_localization',),
     "apt install ros-noetic-robot-localization (not in Debian's ROS), or fusion:=embedded",
 )
+UPSTREAM = {'nav': UPSTREAM_NAVIGATION, 'slam': UPSTREAM_SLAM, 'fusion': UPSTREAM_FUSION}  # by launch argument
 GAZEBO = RequiredPackages(
     'sim: given gazebo', ('gazebo_ros',), 'apt install ros-noetic-gazebo-ros-pkgs, or sim:=pybullet'
 )
