@@ -78,7 +78,7 @@ def read_drive(
     copied: Sequence[str] = (),
     imu_topic: str = '',
 ) -> ReadDrive:
-    """Read wheels, poses, an IMU and copied topics of ROS's own types; ConfigError if the wrap or a topic is unknown."""
+    """Read wheels, poses, an IMU and topics to copy, of ROS's own types; ConfigError if a wrap or topic is unknown."""
     if imu_topic and source.topics.get(imu_topic) != topics.IMU_TYPE:
         raise ConfigError(f'--imu-topic: {imu_topic} is not in {source.path}; allowed: a topic of sensor_msgs/Imu')
     imu: List[Tuple[int, Tuple[int, str, float]]] = []

@@ -260,6 +260,8 @@ def test_a_mistake_on_the_command_line_is_not_blamed_on_the_file(tmp_path, repla
         ({'imu': 'bno05'}, "imu: given 'bno05'; allowed: bmi088, bno055, mpu6050, stim300, or a .yaml file"),
         ({'variants': {'a': {'imu': 5}}}, "imu: given '5'; allowed: bmi088, "),
         ({'set': {'imu': 'bno055'}}, 'imu: unknown key'),
+        ({'fusion': 'embedded'}, 'fusion: given embedded without an IMU; allowed: with an IMU, such as mpu6050'),
+        ({'imu': 'bno055', 'vary': {'fusion': ['none', 'upstream']}}, "fusion: given 'upstream'; allowed: none or"),
         ({'imu': 'bno055', 'set': {'simulator.imu.rate': 33.0}}, 'simulator: imu: given .*; allowed: a rate whose'),
         ({'variants': {'a': {MISSED: 0.1}}, 'vary': {MISSED: [0.1]}}, 'given under variants and vary; allowed: one'),
     ],
@@ -285,6 +287,20 @@ def test_an_imu_is_one_of_all_cells_or_of_some(tmp_path):
     write(tmp_path / 'mine.yaml', yaml.safe_load((ROOT / 'config' / 'imu' / 'bno055.yaml').read_text()))
     assert noises(imu='mine.yaml') == {'SL_40': bno055}
     assert 'imu' not in small_campaign(tmp_path).resolved()['parameters'][0]['simulator']
+
+
+def test_fusion_is_that_of_all_cells_or_of_some(tmp_path):
+    def fusions(**changes):
+        campaign = small_campaign(tmp_path, tests=['SL'], ppr=[40], imu='bno055', trials=1, **changes)
+        return {each.cell.label: each.definition().fusion for each in campaign.trials()}
+
+    assert fusions(fusion='embedded') == {'SL_40': 'embedded'}
+    varied = {'SL_40_fusionnone': 'none', 'SL_40_fusionembedded': 'embedded'}
+    assert fusions(vary={'fusion': ['none', 'embedded']}) == varied
+    assert fusions(variants={'a': {}, 'b': {'fusion': 'embedded'}}) == {'SL_40_a': 'none', 'SL_40_b': 'embedded'}
+    without, having = (small_campaign(tmp_path, **changes).resolved() for changes in ({}, {'imu': 'bno055'}))
+    assert 'fusion' not in without['parameters'][0] and 'fusion' not in without
+    assert having['parameters'][0]['fusion']['frequency'] == 100.0
 
 
 def test_slip_by_motion_is_varied_by_its_key_and_without_it_older_campaigns_can_be_completed(tmp_path):

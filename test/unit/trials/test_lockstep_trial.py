@@ -51,7 +51,7 @@ class Recorder(Publications):
         self.commands, self.scans, self.odometry_ns, self.transforms_ns = [], [], [], []
         self.command = lambda now_ns, *sent: self.commands.append((now_ns * 1e-9, *sent))
         self.scan = lambda scan: self.scans.append(scan.stamp_ns)
-        self.odometry = lambda now_ns, estimate: self.odometry_ns.append((now_ns, estimate.stamp_ns))
+        self.odometry = lambda now_ns, estimate, _: self.odometry_ns.append((now_ns, estimate.stamp_ns))
         self.odom_in_map = lambda now_ns, stamp_ns, _: self.transforms_ns.append((now_ns, stamp_ns))
 
 
