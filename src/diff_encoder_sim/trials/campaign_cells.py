@@ -39,8 +39,8 @@ ConfigFile = Literal['amcl', 'config', 'fusion', 'lockstep', 'navigation', 'simu
 class LockstepOptions(Params):
     """Keys of a campaign file that apply to each trial."""
 
-    nav: Literal['embedded', 'scripted'] = Field('embedded', description='navigated, or a drive without feedback')
     fusion: Literal['none', 'embedded'] = Field('none', description='of odometry with the IMU, for navigation')
+    nav: Literal['embedded', 'scripted'] = Field('embedded', description='navigated, or a drive without feedback')
     record: RecordMode = Field('minimal', description='bags of all topics, without bulky ones such as /scan, or none')
     bag_format: BagFormat = Field('ros1', description='of the bags: ROS 1, or MCAP files of ROS 2')
 
