@@ -51,6 +51,14 @@ def test_a_recorded_line_needs_the_counts_of_the_closed_form(capsys):
     assert any(each['name'] == 'own of chair' for each in advice['encoders']) and advice['trials'] == []
 
 
+def test_slip_by_motion_is_in_the_answer_and_wheel_spin_named_as_left_out():
+    slip = 'simulator.wheel_errors.slip'
+    spinning = advise({'set': {**WHEELS, f'{slip}.spin_travel': 0.01}}, '--ppr', '250')
+    assert spinning['assumptions'].startswith('exact wheels; the slip of the robot file, without wheel spin; ')
+    bumpy = advise({'set': {**WHEELS, f'{slip}.bump_travel': 0.01}}, '--ppr', '250')
+    assert 'wheel slip' in [limit['cause'] for limit in bumpy['answers']['odometry']['limit']]
+
+
 def test_a_calibration_is_in_the_answer_the_budget_and_the_assumptions():
     calibration = calibrated(scale=0.003, ratio=1e-4, turning=5e-4, slip_m2_per_m=1e-6).model_dump(exclude_none=True)
     advice = advise({'set': WHEELS, 'calibration': calibration}, '--ppr', '20', '250')
