@@ -25,7 +25,7 @@ MAY_IMPORT = {
     'analysis': 'base wheels localization drives trials',
     'calibration': 'base localization simulation drives analysis',
     'conformance': 'base drives analysis',
-    'advice': 'base wheels robots simulation navigation drives trials analysis',
+    'advice': 'base wheels robots localization simulation navigation drives trials analysis',
     'api': 'base wheels robots localization simulation drives trials analysis calibration conformance advice',
     'cli': 'base localization calibration trials api',
     'ros': 'base wheels robots localization simulation navigation drives trials conformance',
@@ -39,7 +39,13 @@ ROS_MODULES = (
 HEAVY = ('numba', 'pybullet', 'dask', 'distributed', 'altair', 'vl_convert', 'scipy')
 WRAPPERS = (
     *(f'analysis.charts.{name}' for name in ('chart_page', 'drawings', 'figures', 'frames', 'trial_charts')),
-    *('analysis.report.page', 'advice.advice_page', 'calibration.calibration_page', 'calibration.drive_page'),
+    *(
+        'analysis.report.page',
+        'advice.advice_page',
+        'advice.imu_charts',
+        'calibration.calibration_page',
+        'calibration.drive_page',
+    ),
     'conformance.conformance_page',
 )
 IMPORT_AND_NAME_THE_HEAVY = f"""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, Mapping, Sequence, Tuple
 
 import altair as alt
 import numpy as np
@@ -12,13 +13,20 @@ from markupsafe import Markup
 
 from diff_encoder_sim.advice import advice_tables as tables
 from diff_encoder_sim.advice.advice_tables import DECIMALS, TO_SHOWN
-from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, along_goal
+from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, Requirement, along_goal
+from diff_encoder_sim.advice.fused_draws import STANDSTILL_S, assumed_wheels
+from diff_encoder_sim.advice.imu_answer import ImuAnswer
 from diff_encoder_sim.advice.odometry_answer import FEWEST_COUNTS, MOST_COUNTS
 from diff_encoder_sim.advice.odometry_study import Advice
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, chart_of, with_legend, zoomed
 from diff_encoder_sim.analysis.charts.drawings import PLAIN, tips
+from diff_encoder_sim.analysis.closed_form import gyro_heading_std_rad, wheels_heading_std_rad
 from diff_encoder_sim.analysis.report.about import PageAbout, save_page
+from diff_encoder_sim.analysis.results_table import RobotGeometry
+from diff_encoder_sim.analysis.statistics import wilson
+from diff_encoder_sim.base.imu import ImuParams
+from diff_encoder_sim.localization.fusion import WheelErrors
 
 # Colours of criteria and causes, safe for colour-blind readers (Okabe and Ito, 2008; the last by Tol).
 COLOURS = {Criterion.ODOMETRY: '#d55e00', Criterion.POSE_ESTIMATE: '#0072b2', Criterion.TRUTH: '#009e73'}
@@ -30,6 +38,9 @@ SMALLEST_ERROR = 1e-4  # lower limit of the logarithmic axis; smaller bars are i
 SHARES = np.round(np.linspace(0.02, 0.99, 98), 2)  # success rates of the closed-form line
 NARROW_PX = 420  # chart width below which the legend of causes has one column
 TICKS = [10, 30, 100, 300, 1000, 3000, 10000, 30000]
+
+ENCODERS, SPEEDS_MPS = (40.0, 90.0, 250.0, 1024.0, 4096.0), (0.1, 0.5)  # of the chart of headings
+TIMES_S, HEADINGS_DEG = np.geomspace(1.0, 3600.0, 50), (0.005, 20.0)
 
 BESIDE = {Criterion.ODOMETRY: 1 / 1.1, Criterion.POSE_ESTIMATE: 1.0, Criterion.TRUTH: 1.1}  # factors apart
 
@@ -86,7 +97,8 @@ def advice_charts(advice: Advice) -> Markup:
     if _has_truth(advice):
         criteria = [Option(criterion.value, criterion.text) for criterion in (Criterion.ODOMETRY, Criterion.TRUTH)]
         choices.append(Choice('criterion', 'Budget of', criteria, Criterion.ODOMETRY.value, 'radio'))
-    return chart_page.charts_html([_share_chart(advice), _error_chart(advice), _budget_chart(advice)], choices)
+    charts = [_share_chart(advice), _error_chart(advice), _budget_chart(advice)]
+    return chart_page.charts_html([*([_heading_chart(advice)] if advice.imus else []), *charts], choices)
 
 
 def _has_truth(advice: Advice) -> bool:
@@ -185,8 +197,77 @@ def _error_chart(advice: Advice) -> Chart:
     drawn = chart_of(rows, OF_TEST, OF_AXIS).mark_line(clip=True).encode(x=_COUNTS, y=y, strokeDash=dash)
     text = 'Quantiles of the sampled drives: half, the required fraction, and 95 %; grey: the tolerance.'
     points = _nearest(rows, {'level': ('samples', '.0%'), 'error': ('error at most [mm, degrees]', '.3~r')}, OF_AXIS)
-    drawing = alt.layer(_tolerance_rule(advice, y), zoomed(drawn), points.encode(y=y))
+    fused = [answer for answer in advice.imus if answer.wheels == advice.shown_wheels[0]]
+    if fused:
+        text += f' Coloured: {100.0 * share:g} % with an IMU, with the confidence interval.'
+    with_imus = [each.encode(y=y, x=_COUNTS) for each in _fused_curves(fused, advice.requirement)]
+    drawing = alt.layer(_tolerance_rule(advice, y), zoomed(drawn), points.encode(y=y), *with_imus)
     return Chart('error', "Odometry's error against the counts", text, drawing)
+
+
+def _fused_curves(answers: Sequence[ImuAnswer], requirement: Requirement) -> List[alt.Chart]:
+    """Return bands and lines of the error with each IMU that the required fraction of the drives does not exceed."""
+    rows = []
+    for answer in answers:
+        for curve in answer.curves:
+            levels = requirement.share, *wilson(round(requirement.share * answer.draws), answer.draws)
+            for counts, errors in curve.errors.items():
+                shown = np.abs(along_goal(errors, curve.fused.drive.goal_in_map)) * TO_SHOWN
+                found = np.maximum(np.quantile(shown, levels, axis=0), SMALLEST_ERROR).T.tolist()
+                key = {'test': curve.plain.test, 'IMU': answer.name, 'counts': counts}
+                rows += [
+                    {**key, 'axis': axis, **dict(zip(('error', 'low', 'high'), of_axis))}
+                    for axis, of_axis in zip(AXES, found)
+                ]
+    if not rows:
+        return []
+    colours = dict(zip((answer.name for answer in answers), CAUSES))
+    chart = chart_of(rows, OF_TEST, OF_AXIS).encode(color=with_legend(alt.Color, 'IMU:N', colours, columns=2))
+    return [chart.mark_area(opacity=0.25, clip=True).encode(y='low:Q', y2='high:Q'), chart.mark_line(clip=True)]
+
+
+def _heading_chart(advice: Advice) -> Chart:
+    """Return the heading errors of gyroscopes, and of the shown wheels that drift."""
+    robots = {answer.wheels.text: answer.curves[0].plain.draws.robot for answer in advice.imus}
+    wheels = {name: assumed_wheels(robot, robot.odometry) for name, robot in robots.items()}
+    return heading_chart({answer.name: answer.params for answer in advice.imus}, advice.geometry, wheels)
+
+
+def heading_chart(imus: Mapping[str, ImuParams], robot: RobotGeometry, wheels: Mapping[str, WheelErrors]) -> Chart:
+    """Return the heading errors over time, in closed form: gyroscopes, encoders, and wheels by their accuracy."""
+    stds_rad = {name: gyro_heading_std_rad(imu, STANDSTILL_S, TIMES_S) for name, imu in imus.items()}
+    colours = dict(zip(imus, CAUSES))
+    for name, errors in wheels.items():
+        for speed_mps in SPEEDS_MPS:
+            of_path = errors.travel_variance, errors.diameter_difference_std
+            if any(of_path):
+                line = f'{name}, {speed_mps:g} m/s'
+                stds_rad[line] = wheels_heading_std_rad(robot, math.inf, speed_mps * TIMES_S, *of_path)
+                colours[line] = GREY
+    rows = [
+        {'line': line, 'time': time_s, 'error': error, 'is_of_wheels': line not in imus}
+        for line, stds in stds_rad.items()
+        for time_s, error in zip(TIMES_S.tolist(), np.degrees(stds).tolist())
+    ]
+    of_counts = {counts: wheels_heading_std_rad(robot, counts, np.zeros(1), 0.0, 0.0) for counts in ENCODERS}
+    encoders = [{'text': f'{counts:g}', 'error': float(np.degrees(std[0]))} for counts, std in of_counts.items()]
+    x = alt.X('time:Q', title='time [s]').scale(type='log', domain=[TIMES_S[0], TIMES_S[-1]], nice=False)
+    y = alt.Y('error:Q', title='heading error [degrees]').scale(type='log', domain=HEADINGS_DEG).axis(format=PLAIN)
+    dash = alt.condition('datum.is_of_wheels', alt.value([6, 3]), alt.value([1, 0]))
+    named = [*tips({'line': 'heading by'}), *tips({'time': 'seconds', 'error': 'degrees'}, '.2~r')]
+    lines = chart_of(rows).mark_line(clip=True).encode(x=x, y=y, strokeDash=dash, tooltip=named)
+    labels = chart_of(encoders).mark_text(align='right', dx=-4, dy=-6, color=GREY)
+    drawing = alt.layer(
+        chart_of(encoders).mark_rule(strokeDash=[2, 3], color=GREY).encode(y=y),
+        labels.encode(x=alt.value('width'), y=y, text='text:N'),
+        zoomed(lines.encode(color=with_legend(alt.Color, 'line:N', colours, columns=2))),
+    )
+    text = (
+        f'The lower line wins. A gyroscope drifts with time, after {STANDSTILL_S:g} s at rest; an encoder (dotted, by '
+        'counts per wheel turn) does not; wheels drift with distance (dashed). Standard deviations on a straight line, '
+        'in closed form. In turns, the scale error of the gyroscope and the error of the separation are added.'
+    )
+    return Chart('heading', 'Encoder or gyroscope', text, drawing)
 
 
 def _budget_chart(advice: Advice) -> Chart:

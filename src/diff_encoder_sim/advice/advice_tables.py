@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import textwrap
-from typing import Any, Callable, Dict, Iterator, List, Mapping, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.advice import drive_draws
-from diff_encoder_sim.advice.answers import AXES, Answer, Budget, Criterion, Kind, Limit, amount_text
+from diff_encoder_sim.advice.answers import AXES, Answer, Budget, Criterion, Kind, Limit, Requirement, amount_text
+from diff_encoder_sim.advice.fused_draws import STANDSTILL_S
+from diff_encoder_sim.advice.imu_answer import ImuAnswer, imu_assumptions, imu_rows, imu_tables
 from diff_encoder_sim.advice.odometry_answer import share_within
 from diff_encoder_sim.advice.odometry_study import Advice, ListedEncoder
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
@@ -43,6 +46,7 @@ _MARKS = {True: 'yes', False: 'no', None: '?'}
 
 VERSION = 1  # of the JSON
 OF_PRODUCT = ('manufacturer', 'part', 'type', 'price', 'shaft', 'link')  # keys of an encoder with a file
+OF_IMU = ('imu', 'kind', 'smallest_ppr', 'interval', 'text')  # keys of an answer
 QUANTILES = (0.5, 0.8, 0.95)
 BOUND = 1.96  # standard deviations of a 95 % interval to each side
 
@@ -55,6 +59,7 @@ def advice_tables(advice: Advice, products: Products = PRODUCTS) -> Iterator[Tex
     for title, budget in budgets.items():
         note = REST if title == [*budgets][-1] else ''
         yield TextTable(f'Error budget, mean ± standard deviation: {title}', BUDGET_HEADS, _rows(budget), note, 1)
+    yield from imu_tables(advice.imus)
     if advice.stopping:
         rows = [
             [ppr_text(label), cause, f'{1e3 * spread.position_m:.1f}', f'{np.degrees(spread.yaw_rad):.2f}']
@@ -132,6 +137,16 @@ def answers_text(advice: Advice) -> str:
     of_std = '; {:g} %: standard deviation of the ratio of the radii and of the separation, {}'
     stds = ''.join(of_std.format(100.0 * each.std, each.source) for each in advice.shown_wheels if each.std)
     lines = [*(f'{head}: {text}' for head, text in answer_rows(advice)), f'assumes {assumptions_text(advice)}{stds}']
+    return _filled(lines)
+
+
+def imu_text(advice: Advice) -> str:
+    """Return the answers for IMUs, and their assumptions, in lines that fit the terminal."""
+    lines = [f'{head}: {text}' for head, text in imu_rows(advice.imus)]
+    return _filled([*lines, f'assumes {imu_assumptions(advice.imus)}'])
+
+
+def _filled(lines: List[str]) -> str:
     width = (os.isatty(1) and os.get_terminal_size().columns) or PIPE_COLUMNS
     kept = (re.sub(r'(?<=\d) (?=\S)', '\xa0', line) for line in lines)  # numbers stay with their units
     filled = (textwrap.fill(line, width, initial_indent='  ', subsequent_indent='    ') for line in kept)
@@ -145,6 +160,7 @@ def answer_rows(advice: Advice) -> List[Tuple[str, str]]:
     rows = [(f'odometry with {wheels.text}', str(shown[wheels])) for wheels in advice.shown_wheels]
     rows.append(('most effective improvement', improvement_text(advice)))
     rows[1:1] = [('lines and gear', odometry[1].lines)] if odometry[1].lines else []
+    rows += imu_rows(advice.imus)
     return rows + [(criterion.text, str(answer)) for criterion, answer in at_goal]
 
 
@@ -201,7 +217,8 @@ def assumptions_text(advice: Advice) -> str:
     left_out = ['wheel spin'] * bool(robot.errors.slip.spin_travel)
     left_out += ['floor areas'] * any(draws.drive.requested.test.floor for draws in tests)
     without = f', without {" and ".join(left_out)}' if left_out else ''
-    return f'{wheels}{without}; {drives}{tests[0].drive.origin}'
+    imu = f'; {imu_assumptions(advice.imus)}' if advice.imus else ''
+    return f'{wheels}{without}; {drives}{tests[0].drive.origin}{imu}'
 
 
 def closed_form_text(advice: Advice) -> str:
@@ -222,28 +239,19 @@ def advice_json(advice: Advice) -> Dict[str, Any]:
         'robot': {'name': advice.robot, 'own_ppr': advice.own_counts},
         'requirement': requirement._asdict(),
         'wheels': advice.shown_wheels[0].name,
-        'answers': _answers(advice.answers),
+        'answers': {**_answers(advice.answers), **_first_imu(advice, advice.shown_wheels[0])},
         'answers_by_wheels': {
-            wheels.name: _answers(advice.answers if wheels == advice.shown_wheels[0] else {Criterion.ODOMETRY: answer})
+            wheels.name: {
+                **_answers(advice.answers if wheels == advice.shown_wheels[0] else {Criterion.ODOMETRY: answer}),
+                **_first_imu(advice, wheels),
+            }
             for wheels, answer in advice.by_wheels.items()
         },
         'summary': summary(advice),
         'improvement': improvement_text(advice),
         'assumptions': assumptions_text(advice),
         'closed_form_ppr': advice.closed_form,
-        'curves': {
-            curve.test: [
-                {
-                    'ppr': counts,
-                    'share': float(np.mean(requirement.within(errors))),
-                    'interval': share_within(errors, requirement),
-                    'std': errors.std(axis=0).tolist(),
-                    'quantiles': {f'{q:g}': np.quantile(np.abs(errors), q, axis=0).tolist() for q in QUANTILES},
-                }
-                for counts, errors in sorted(curve.errors.items())
-            ]
-            for curve in advice.curves.curves
-        },
+        'curves': {curve.test: _curve(curve.errors, requirement) for curve in advice.curves.curves},
         'budgets': {
             test: [{'ppr': counts, **_budget(budget)} for counts, budget in budgets.items()]
             for test, budgets in advice.budgets.items()
@@ -261,7 +269,57 @@ def advice_json(advice: Advice) -> Dict[str, Any]:
             for tried in advice.tried
         ],
         'encoders': [_encoder(encoder) for encoder in advice.encoders],
+        **({'imus': [_imu(answer, requirement) for answer in advice.imus]} if advice.imus else {}),
     }
+
+
+def _curve(errors_by_counts: Mapping[float, np.ndarray], requirement: Requirement) -> List[Dict[str, Any]]:
+    return [
+        {
+            'ppr': counts,
+            'share': float(np.mean(requirement.within(errors))),
+            'interval': share_within(errors, requirement),
+            'std': errors.std(axis=0).tolist(),
+            'quantiles': {f'{q:g}': np.quantile(np.abs(errors), q, axis=0).tolist() for q in QUANTILES},
+        }
+        for counts, errors in sorted(errors_by_counts.items())
+    ]
+
+
+def _first_imu(advice: Advice, wheels: WheelQuality) -> Dict[str, Any]:
+    """Return the answer for the first IMU on these wheels; empty if there is none."""
+    first = next((_imu(answer, advice.requirement) for answer in advice.imus if answer.wheels == wheels), None)
+    return {'odometry_with_imu': {key: first[key] for key in OF_IMU}} if first else {}
+
+
+def _imu(answer: ImuAnswer, requirement: Requirement) -> Dict[str, Any]:
+    """Return an answer; counts above those of any encoder are null."""
+    lowest, *interval = _known(answer.smallest)
+    return {
+        'imu': answer.name,
+        'wheels': answer.wheels.name,
+        'kind': Kind.NOT_THE_LIMIT if interval[0] is None else Kind.UNDECIDED if interval[1] is None else Kind.FROM,
+        'smallest_ppr': lowest,
+        'interval': interval,
+        'text': str(answer),
+        'draws': answer.draws,
+        'standstill_s': STANDSTILL_S,
+        'curves': {
+            curve.plain.test: [
+                {**each, 'equal_ppr': _known(equal)[0], 'equal_interval': _known(equal)[1:]}
+                for each, equal in zip(_curve(curve.errors, requirement), curve.equal.values())
+            ]
+            for curve in answer.curves
+        },
+        'budgets': {
+            test: {'ppr': answer.counts, 'without': _budget(without), 'with': _budget(with_imu)}
+            for test, (without, with_imu) in answer.budgets.items()
+        },
+    }
+
+
+def _known(counts: Sequence[float]) -> List[Optional[float]]:
+    return [each if math.isfinite(each) else None for each in counts]
 
 
 def _answers(answers: Mapping[Criterion, Answer]) -> Dict[str, Any]:

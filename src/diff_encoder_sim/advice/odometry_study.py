@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import tempfile
 from pathlib import Path
@@ -11,9 +12,11 @@ from diff_encoder_sim.advice import drive_draws, odometry_answer
 from diff_encoder_sim.advice.answers import Answer, Budget, Criterion, Kind, Limit, Requirement
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.encoder_search import TrialCounts
+from diff_encoder_sim.advice.imu_answer import ImuAnswer, imu_answer
 from diff_encoder_sim.advice.odometry_answer import OdometryCurves, closed_form_counts, odometry_budgets, share_within
 from diff_encoder_sim.analysis.results_table import RobotGeometry
 from diff_encoder_sim.analysis.statistics import Interval
+from diff_encoder_sim.base.imu import ImuParams
 from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.drives.test_definition import Segment
 from diff_encoder_sim.drives.trial_definition import TrialPlan
@@ -207,6 +210,7 @@ class Advice(NamedTuple):
     stopping: Dict[str, Dict[str, StopSpread]]  # upper bounds in closed form, by encoder and cause
     tried: Sequence[TriedEncoder] = ()
     encoders: Sequence[ListedEncoder] = ()
+    imus: Sequence[ImuAnswer] = ()  # by shown wheels, then by IMU
 
     @property
     def closed_form(self) -> Dict[str, float]:
@@ -292,14 +296,35 @@ def with_all_wheels(advice: Advice, robot: AdvisedRobot, tests: TestsByWheels) -
     return advice._replace(by_wheels=answers)
 
 
+USUAL_COUNTS = 90.0  # of the answers for IMUs, of a robot without an encoder
+
+
+def with_imus(
+    advice: Advice, robot: AdvisedRobot, tests: TestsByWheels, imus: Mapping[str, ImuParams], ppr: Sequence[float]
+) -> Advice:
+    """Return the advice with answers by IMU for the shown wheels, also at the counts `ppr` or the robot's own.
+
+    The first IMU has budgets on the shown wheels that are not exact, if any.
+    """
+    counts, found, requirement = [*ppr] or [advice.own_counts or USUAL_COUNTS], [], advice.requirement
+    budgeted = max(advice.shown_wheels, key=lambda each: each != EXACT), next(iter(imus))
+    for wheels, (name, imu) in itertools.product(advice.shown_wheels, imus.items()):
+        curves, has_budgets = OdometryCurves(tests[wheels], _free(robot.encoder)), (wheels, name) == budgeted
+        found.append(imu_answer(name, imu, wheels, curves, requirement, robot.encoder.rate, counts, has_budgets))
+    return advice._replace(imus=found)
+
+
+def _free(encoder: EncoderParams) -> EncoderParams:
+    """Return an encoder whose counts `ppr` sets: an ideal one, if the datasheet sets those of this one."""
+    has_own = encoder.encoder.counts_per_wheel_turn is not None
+    return encoder.model_copy(update={'encoder': IDEAL_ENCODER}) if has_own else encoder
+
+
 def _curves_and_answer(
     robot: AdvisedRobot, tests: List[DriveDraws], requirement: Requirement, has_limits: bool
 ) -> Tuple[OdometryCurves, Answer]:
     """Return the curves and the answer; `has_limits` names errors of real encoders, unless the wheels are the limit."""
-    candidates, params = robot.candidates, robot.encoder
-    if params.encoder.counts_per_wheel_turn is not None:  # so that ppr sets the counts
-        params = params.model_copy(update={'encoder': IDEAL_ENCODER})
-    curves = OdometryCurves(tests, params)
+    candidates, curves = robot.candidates, OdometryCurves(tests, _free(robot.encoder))
     answer = odometry_answer.odometry_answer(curves, requirement)
     chosen = recommended(candidates, answer, tests, requirement)
     if chosen:

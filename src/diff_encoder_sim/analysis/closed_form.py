@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Optional
+from typing import Any, Optional
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from diff_encoder_sim.analysis.result_tables import Column, ResultTable
 from diff_encoder_sim.analysis.results_table import Results, RobotGeometry, final_errors
 from diff_encoder_sim.analysis.statistics import spread, std_interval
 from diff_encoder_sim.base.deferred import pandas as pd
+from diff_encoder_sim.base.imu import ImuParams
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.wheels.covariance import quantisation_covariance, reading_variance
 
@@ -47,6 +48,48 @@ def heading_std_rad(wheel_travel_m: np.ndarray, m_per_pulse: float, wheel_separa
     """
     fractions = np.mod(np.round(wheel_travel_m / m_per_pulse, DECIMALS), 1.0)
     return m_per_pulse / wheel_separation_m * math.sqrt(2.0 * float(np.mean(fractions * (1.0 - fractions))))
+
+
+def gyro_heading_std_rad(imu: ImuParams, standstill_s: float, time_s: np.ndarray) -> np.ndarray:
+    """Compute the standard deviations (n,) of the heading by a gyroscope, (n,) seconds t after a standstill T.
+
+    The bias is the mean rate at rest. White noise of density N makes the variance N^2 t (1 + t / T). The drift of the
+    bias is a Gauss-Markov process of standard deviation s and time constant c; the variance of its integral is
+    f(t) = 2 s^2 c^2 (t / c - 1 + exp(-t / c)). A turn adds its angle times the scale error.
+    """
+    drift, constant_s, ratio = imu.gyroscope.bias_drift, imu.gyroscope.bias_time, time_s / standstill_s
+
+    def grown(seconds: Any) -> Any:
+        return np.expm1(-seconds / constant_s)
+
+    of_drive, of_rest = (2.0 * (each / constant_s + grown(each)) for each in (time_s, standstill_s))
+    drifts = of_drive + ratio**2 * of_rest - 2.0 * ratio * grown(time_s) * grown(standstill_s)
+    white = imu.gyroscope.noise_variance(imu.rate) / imu.rate
+    return np.asarray(np.sqrt(white * time_s * (1.0 + ratio) + (drift * constant_s) ** 2 * drifts))
+
+
+def wheels_heading_std_rad(
+    robot: RobotGeometry, ppr: float, distance_m: np.ndarray, travel_variance: float, difference_std: float
+) -> np.ndarray:
+    """Compute the standard deviations (n,) of the heading by the wheels after (n,) metres S straight.
+
+    Quantisation, slip k [m^2/m] of each wheel and a relative difference e of the diameters make the variance
+    (d / L)^2 / 3 + 2 k S / L^2 + (e S / L)^2.
+    """
+    of_path_m2 = 2.0 * travel_variance * distance_m + (difference_std * distance_m) ** 2
+    return np.asarray(
+        np.sqrt((math.pi * robot.wheel_diameter_m / ppr) ** 2 / 3.0 + of_path_m2) / robot.wheel_separation_m
+    )
+
+
+def crossover_counts(robot: RobotGeometry, gyro_std_rad: np.ndarray, wheels_std_rad: np.ndarray) -> np.ndarray:
+    """Compute the counts per revolution (n,) with which the headings by wheels and gyroscope are equally uncertain.
+
+    `wheels_std_rad` is without quantisation (`ppr` infinite). Infinite if the gyroscope is better than any encoder.
+    """
+    rest_rad = np.sqrt(3.0 * np.maximum(np.square(gyro_std_rad) - np.square(wheels_std_rad), 0.0))
+    with np.errstate(divide='ignore'):
+        return np.asarray(math.pi * robot.wheel_diameter_m / (robot.wheel_separation_m * rest_rad))
 
 
 def wheel_travel_m(requested: Trial, robot: RobotGeometry, true_minus_goal: np.ndarray) -> Optional[np.ndarray]:

@@ -23,6 +23,7 @@ from diff_encoder_sim.advice.odometry_study import (
     study_odometry,
     with_all_wheels,
     with_budgets,
+    with_imus,
 )
 from diff_encoder_sim.advice.trial_study import TrialsWith, study_trials, switched_off
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
@@ -37,6 +38,7 @@ from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.command_line import as_called
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.imu import ImuParams, load_imu
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.robots.wheel_quality import CALIBRATED, QUALITIES, ROBOT_FILE, WheelQuality
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
@@ -60,7 +62,7 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     """
     began_s = time.monotonic()
     requirement = Requirement(options.share, options.tolerance, math.radians(options.yaw_tolerance), options.confidence)
-    options = _checked(options, requirement)
+    options, imus = _checked(options, requirement), _imus(options)
     campaign = None
     if options.drive:
         robot = robot_of_drive(options, options.drive)
@@ -77,6 +79,9 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     print(f'{advice.robot}: {requirement}\n{tables.answers_text(advice)}')
     print(f'  the same in closed form, for quantisation only: {tables.closed_form_text(advice)}', flush=True)
     print(f'{as_called("advise")}: first answer after {time.monotonic() - began_s:.1f} s', file=sys.stderr)
+    if imus:
+        advice = with_imus(advice, robot, by_wheels, imus, options.ppr or ())
+        print(tables.imu_text(advice), flush=True)
     advice = with_all_wheels(advice, robot, by_wheels)
     if campaign and options.has_trials:
         name_stopping('advise', campaign, requirement.position_m, options.yaw_tolerance)
@@ -159,6 +164,17 @@ def _checked(options: AdviceOptions, requirement: Requirement) -> AdviceOptions:
     if options.json and (options.json.is_dir() or not options.json.parent.is_dir()):
         raise ConfigError(f'--json: given {str(options.json)!r}; allowed: a file in a folder that exists')
     return options
+
+
+def _imus(options: AdviceOptions) -> Dict[str, ImuParams]:
+    """Load the IMUs by their names, or those of their files."""
+    found, config = {}, package_folder() / 'config'
+    for given in options.imu:
+        name = Path(given).stem if given.endswith('.yaml') else given
+        if name in found:
+            raise ConfigError(f'--imu: given {name!r} twice; allowed: each IMU once')
+        found[name] = load_imu(given, config, Path()).imu
+    return found
 
 
 def _candidates(options: AdviceOptions, quality: Optional[WheelQuality] = None) -> Campaign:
