@@ -119,15 +119,15 @@ class SlipDetector:
 
     def _difference(self, window: _Sums, before: _Sums, weight: float, counted: float) -> SlipState:
         """Compare the window minus a weight of the difference before, and a weight of its error of counting."""
-        wheels, sums, noisy = self._wheels, window.plus(-weight, before), window.plus(weight**2, before)
+        wheels, sums = self._wheels, window.plus(-weight, before)
         variance = (
             self._bias_variance * sums.time_s**2
-            + self._noise * noisy.time_s
+            + self._noise * (window.time_s + weight**2 * before.time_s)
             + (self._gyroscope.scale_error * sums.gyro_rad) ** 2
             + (self._timing_std_s * sums.rate_radps) ** 2
             + (wheels.turn_std * sums.wheels_rad) ** 2
             + (wheels.diameter_difference_std * sums.forward_m / wheels.separation_m) ** 2
-            + wheels.travel_variance * noisy.path_m / wheels.separation_m**2
+            + wheels.travel_variance * (window.path_m + weight**2 * before.path_m) / wheels.separation_m**2
         )
         counting = self._count_variance * (1.0 + (1.0 + counted) ** 2 + counted**2)
         threshold, bound_rad = self._params.slip_threshold, self._count_rad * (1.0 + counted)
