@@ -67,10 +67,9 @@ def plan(options: TrialOptions) -> LivePlan:
     chosen = {'test': paced, 'number': number, 'odom': options.odom, 'nav': options.nav, 'fusion': options.fusion}
     trial = Trial.from_mapping({**chosen, **of_encoder, **wheels}, '')
     trial.test.check_drivable(options.nav)
-    if options.fusion != 'none':
-        imu_of(robot, options.fusion)
-        if options.odom != 'encoder':
-            raise ConfigError(f'fusion: given {options.fusion} with odom {options.odom}; allowed: odom:=encoder')
+    imu_of(robot, options.fusion)
+    if options.fusion != 'none' and options.odom != 'encoder':
+        raise ConfigError(f'fusion: given {options.fusion} with odom {options.odom}; allowed: odom:=encoder')
     if options.slam != 'none' and not is_scripted:
         raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, or slam:=none')
     if not parent_only_lists():  # roslaunch --nodes needs no installed packages

@@ -22,7 +22,7 @@ from diff_encoder_sim.api.recorded_sources import OpenedDrive, open_drive, recor
 from diff_encoder_sim.api.wheel_options import RecordedRobot, parameters_with
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.imu import load_imu
+from diff_encoder_sim.base.imu import ImuParams, load_imu
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
 from diff_encoder_sim.base.seeds import generator
@@ -109,13 +109,13 @@ def reencoding(options: DriveOptions, command: str = 'reencode') -> Reencoding:
     phases_rad = _start_phases(options, opened)
     robot = _with_joints(options, wheels, robot)
     opened = opened._replace(robot=robot)
-    chosen = wheel_options.chosen_encoders(options, robot.encoder)
+    chosen, imus = wheel_options.chosen_encoders(options, robot.encoder), _imus(options)
     files = output_files(options.out, path, chosen)
-    encoders = _with_fusion(
-        options, [Encoder(each, *parameters_with(each, robot.encoder, robot.odometry)) for each in chosen]
-    )
+    encoders = [
+        Encoder(each, *parameters_with(each, robot.encoder, robot.odometry), imu) for each in chosen for imu in imus
+    ]
     copied = [*encoding.copied_topics(source), *([TRIAL] if trial else [])] if files else []
-    read = encoding.read_drive(source, wheels, poses, copied, options.imu_topic if options.fusion != 'none' else '')
+    read = encoding.read_drive(source, wheels, poses, copied, options.imu_topic if imus[1:] else '')
     read_s = time.perf_counter() - begin_s
     comparison = _comparison(options, read, opened)
     why = f'{"; ".join(read.notes[-1:]) or source.fault or "too short"}; expected two reports of the encoder'
@@ -164,12 +164,10 @@ def reencoding(options: DriveOptions, command: str = 'reencode') -> Reencoding:
     )
 
 
-def _with_fusion(options: DriveOptions, encoders: List[Encoder]) -> List[Encoder]:
-    """Return the encoders, each followed by itself with the IMU, if there is fusion."""
-    if options.fusion == 'none':
-        return encoders
-    imu = load_imu(options.imu, package_folder() / 'config', Path()).imu
-    return [one for each in encoders for one in (each, each._replace(imu=imu))]
+def _imus(options: DriveOptions) -> List[Optional[ImuParams]]:
+    """Return none, for odometry of wheels only, and with fusion the IMU."""
+    is_fused, folder = options.fusion != 'none', package_folder() / 'config'
+    return [None, load_imu(options.imu, folder, Path()).imu] if is_fused else [None]
 
 
 def _start_phases(options: DriveOptions, opened: OpenedDrive) -> Optional[np.ndarray]:
@@ -251,13 +249,12 @@ def _encoded(
     try:
         with contextlib.ExitStack() as bags:  # removes the bags after an error
             if files:
-                # One for each encoder: that of fusion also has the odometry of the wheels.
-                last = {each.chosen.label: each for each in encoders}
-                written = {name: bags.enter_context(TrialBag(files[name], 'full')) for name in last}
-                encoded = [
-                    encode(each, bag=written[each.chosen.label] if each is last[each.chosen.label] else None)
-                    for each in encoders
-                ]
+                # One for each encoder: that of fusion has the odometry of the wheels, too.
+                recorded = [each for each in encoders if each.imu or not encoders[-1].imu]
+                written = {
+                    each.label: bags.enter_context(TrialBag(files[each.chosen.label], 'full')) for each in recorded
+                }
+                encoded = [encode(encoder, bag=written.get(encoder.label)) for encoder in encoders]
             else:
                 pool = bags.enter_context(ThreadPoolExecutor(workers))
                 encoded = list(pool.map(encode, encoders))  # the kernels of draws release the interpreter

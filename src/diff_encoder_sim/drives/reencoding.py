@@ -6,7 +6,6 @@ import csv
 import io
 import itertools
 import math
-import operator
 from array import array
 from collections import defaultdict, deque
 from typing import Any, DefaultDict, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
@@ -30,7 +29,7 @@ from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Trial, with_encoder
 from diff_encoder_sim.drives.typestore import to_ros1
 from diff_encoder_sim.drives.wheel_source import TimedDrive, WheelSource
-from diff_encoder_sim.localization.fused_odometry import FusedOdometry
+from diff_encoder_sim.localization.fused_odometry import FusedOdometry, ImuReading
 from diff_encoder_sim.localization.fusion import FusionParams
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.chain import Chain
@@ -68,7 +67,7 @@ class ReadDrive(NamedTuple):
     messages: int  # of the wheels
     duration_s: float  # between the first and the last of them, by the recorder's clock
     notes: List[str]  # unusable messages, one line each
-    imu: List[Tuple[int, Tuple[int, str, float]]]  # times of recording; stamp [ns], frame and yaw rate [rad/s]
+    imu: List[Tuple[int, ImuReading]]  # with times of recording [ns]
 
 
 def read_drive(
@@ -81,7 +80,7 @@ def read_drive(
     """Read wheels, poses, an IMU and topics to copy, of ROS's own types; ConfigError if a wrap or topic is unknown."""
     if imu_topic and source.topics.get(imu_topic) != topics.IMU_TYPE:
         raise ConfigError(f'--imu-topic: {imu_topic} is not in {source.path}; allowed: a topic of sensor_msgs/Imu')
-    imu: List[Tuple[int, Tuple[int, str, float]]] = []
+    imu: List[Tuple[int, ImuReading]] = []
     reference_topics = reference.topics if reference else ()
     commanded = (topics.CMD_VEL,) if has_commands(source) else ()
     commands: List[Tuple[int, float, float]] = []
@@ -157,16 +156,8 @@ class Encoder(NamedTuple):
         if self.imu is None:
             return []
         fusion = FusedOdometry(FusionParams(frequency=FUSED_RATE_HZ), self.odometry, self.imu)
-        begin_ns, end_ns = times_ns[0], times_ns[-1]
-        events: List[Tuple[int, bool, Tuple[Any, ...]]] = [
-            (time_ns, True, each[:3]) for time_ns, each in zip(times_ns, samples)
-        ]
-        events += [(time_ns, False, each) for time_ns, each in read.imu if begin_ns <= time_ns <= end_ns]
-        return [
-            (time_ns, estimate)
-            for time_ns, is_report, given in sorted(events, key=operator.itemgetter(0))
-            for estimate in (fusion.take_counts if is_report else fusion.take_imu)(*given)
-        ]
+        within = ((time_ns, each) for time_ns, each in read.imu if times_ns[0] <= time_ns <= times_ns[-1])
+        return list(fusion.run(within, zip(times_ns, (sample[:3] for sample in samples))))
 
 
 class EncodedDrive(NamedTuple):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import logging
 import math
+import operator
 from collections import deque
-from typing import Deque, List, Optional, Set, Tuple
+from typing import Any, Deque, Iterable, Iterator, List, Optional, Sequence, Set, Tuple
 
 from diff_encoder_sim.base.errors import EVENT
-from diff_encoder_sim.base.imu import ImuParams, ImuSample
+from diff_encoder_sim.base.imu import ImuParams
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.localization.fusion import FusionParams, WheelErrors, WheelGyroFilter
@@ -21,6 +22,7 @@ from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS, Bounda
 
 log = logging.getLogger(__name__)
 
+ImuReading = Tuple[int, str, float]  # stamp [ns], frame, angular velocity about the vertical axis [rad/s]
 LARGEST_BIAS_STD = 5.0  # of the estimated bias, in standard deviations by the parameters of the gyroscope
 MOST_WAITING = 1000  # rates; older ones are dropped
 
@@ -82,10 +84,6 @@ class FusedOdometry:
             self._rates_until_ns = stamp_ns + self._due_after_ns
         return [*self._released(), *self._without_reports(stamp_ns)]
 
-    def take_sample(self, sample: ImuSample) -> List[OdometryEstimate]:
-        """Process a sample in the IMU's frame, as `take_imu`."""
-        return self.take_imu(sample.stamp_ns, self._frames[-1], sample.angular_velocity_radps[2])
-
     def take_counts(self, stamp_ns: int, left_count: int, right_count: int) -> List[OdometryEstimate]:
         """Process a report of the counters, wrapped or not; return the estimates that are due.
 
@@ -108,6 +106,16 @@ class FusedOdometry:
             )
         self._reports.append(self._pulses.read(stamp_ns, left_count, right_count))
         return self._released()
+
+    def run(
+        self, samples: Iterable[Tuple[int, ImuReading]], reports: Iterable[Tuple[int, Sequence[int]]]
+    ) -> Iterator[Tuple[int, OdometryEstimate]]:
+        """Process samples and reports with their times of arrival; yield the estimates with the times they are due."""
+        arrived: List[Tuple[int, bool, Sequence[Any]]] = [(time_ns, False, each) for time_ns, each in samples]
+        arrived += [(time_ns, True, each) for time_ns, each in reports]
+        for time_ns, is_report, given in sorted(arrived, key=operator.itemgetter(0, 1)):
+            for estimate in (self.take_counts if is_report else self.take_imu)(*given):
+                yield time_ns, estimate
 
     def _fault(self, stamp_ns: int, frame: str, yaw_rate_radps: float) -> Tuple[str, str]:
         """Return why a sample is not used: the cause, and a text; empty if it is good."""

@@ -17,7 +17,14 @@ from diff_encoder_sim.base.yaml_files import find_yaml, load_yaml
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
 from diff_encoder_sim.robots.robot_file import RobotNotFound
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
-from diff_encoder_sim.trials.campaign_cells import Campaign, CampaignCell, CampaignParams, Varied, text_of
+from diff_encoder_sim.trials.campaign_cells import (
+    Campaign,
+    CampaignCell,
+    CampaignParams,
+    LockstepOptions,
+    Varied,
+    text_of,
+)
 from diff_encoder_sim.trials.robot_params import RobotParams, check_key, imu_of, load_robot, load_robot_config, override
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 from diff_encoder_sim.trials.trial_files import collect
@@ -169,13 +176,14 @@ def _combinations(
         varied, resolved = tuple(zip(params.varied_values, combination)), []
         values = {**params.overrides, **dict(varied)}
         values.update(params.variants.get(values.pop(VARIANT, ''), {}))
-        fusion, imu = params.value_of(FUSION, varied), imus[str(params.value_of(IMU, varied))]
+        fusion = LockstepOptions.from_mapping({FUSION: params.value_of(FUSION, varied)}, '').fusion
+        imu = imus[str(params.value_of(IMU, varied))]
         values = {key: value for key, value in values.items() if key not in (IMU, FUSION)}
         for encoder in encoders:
             # The encoder of the robot file is replaced.
             below = {key: value for key, value in of_robot.items() if key not in RESOLUTION_KEYS}
             robot = override(config, {**below, **encoder.overrides, **imu, **values})
-            _check_fusion(fusion, robot)
+            imu_of(robot, fusion)
             if robot.encoder.encoder.counts_per_wheel_turn != (encoder.real and encoder.ppr.left):
                 counts = resolution_text(robot.encoder.encoder) or 'no resolution'
                 other = f'{"encoders" if encoder.real else "ppr"}: {encoder.label}'
@@ -193,13 +201,6 @@ def _combinations(
     for key, values_of_key in params.vary.items():
         _check_unique(key, [text_of(value) for value in values_of_key])
     return combinations
-
-
-def _check_fusion(given: Any, robot: RobotParams) -> None:
-    if given not in ('none', 'embedded'):
-        raise ConfigError(f'fusion: given {given!r}; allowed: none or embedded')
-    if given != 'none':
-        imu_of(robot, given)
 
 
 def as_driven_by(robot: SimulatorParams, test: TestDefinition) -> TestDefinition:

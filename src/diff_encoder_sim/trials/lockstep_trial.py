@@ -19,7 +19,7 @@ from diff_encoder_sim.base.imu import ImuSample
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.drives.trial_definition import Ending, Outcome, RouteFailed, Trial, TrialPlan, goal_error
 from diff_encoder_sim.localization.amcl import AmclEstimate
-from diff_encoder_sim.localization.fused_odometry import FusedOdometry
+from diff_encoder_sim.localization.fused_odometry import FusedOdometry, ImuReading
 from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, NavigatorOutput
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.simulator import Simulator
@@ -54,10 +54,8 @@ def chain_of(trial: Trial, params: RobotParams) -> Chain:
 
 def fusion_of(trial: Trial, params: RobotParams) -> Optional[FusedOdometry]:
     """Return the fused odometry of a trial, None without fusion; ConfigError without an IMU."""
-    if trial.fusion == 'none':
-        return None
-    odometry = params.odometry.model_copy(update={'ppr': trial.ppr})
-    return FusedOdometry(params.fusion, odometry, imu_of(params, trial.fusion))
+    imu, odometry = imu_of(params, trial.fusion), params.odometry.model_copy(update={'ppr': trial.ppr})
+    return FusedOdometry(params.fusion, odometry, imu) if imu and trial.fusion != 'none' else None
 
 
 class LockstepTrial:
@@ -89,10 +87,11 @@ class LockstepTrial:
         self._numbers = itertools.count()
         self._reports: List[Report] = []  # of this tick
         self._log = array('d')  # of a scripted drive
-        self.imu_log: List[Tuple[int, ImuSample]] = []  # of a scripted drive with fusion, with times of arrival
+        self.imu_log: List[Tuple[int, ImuReading]] = []  # of a scripted drive with fusion, with times of arrival
         self._command = STOP
         self._chain: Optional[Chain] = None
         self._fusion = fusion_of(trial, params)
+        self._imu_frame = params.simulator.imu.frame if params.simulator.imu else ''
         self.ending = Ending(Outcome.TORN)  # until the trial has ended
         self.true_pose_in_map = start  # the newest /world_pose
         self.distance_m = 0.0  # path length of base_link
@@ -189,10 +188,11 @@ class LockstepTrial:
 
     def _take_imu(self, now_ns: int, sample: ImuSample) -> None:
         self._publications.imu(now_ns, sample)
+        reading = sample.stamp_ns, self._imu_frame, sample.angular_velocity_radps[2]
         if self._fusion is not None and self._chain is None:
-            self.imu_log.append((now_ns, sample))
+            self.imu_log.append((now_ns, reading))
         elif self._fusion is not None:
-            self._send_odometry(now_ns, self._fusion.take_sample(sample), True)
+            self._send_odometry(now_ns, self._fusion.take_imu(*reading), True)
 
     def _read(self, chain: Chain, now_ns: int) -> None:
         """Update the encoder, and integrate its reports."""

@@ -143,9 +143,9 @@ def _robot_params(config: Mapping[str, Any], paths: Mapping[str, Path]) -> Robot
     return RobotParams(**parts)
 
 
-def imu_of(params: RobotParams, fusion: str) -> ImuParams:
-    """Return the parameters of the IMU for fusion; ConfigError without an IMU."""
-    if params.simulator.imu is None:
+def imu_of(params: RobotParams, fusion: str) -> Optional[ImuParams]:
+    """Return the IMU, which fusion needs: ConfigError without one, unless fusion is `none`."""
+    if params.simulator.imu is None and fusion != 'none':
         raise ConfigError(f'fusion: given {fusion} without an IMU; allowed: with an IMU, such as mpu6050, or none')
     return params.simulator.imu
 

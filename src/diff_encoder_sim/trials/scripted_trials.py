@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import heapq
-from collections import deque
+import operator
 from pathlib import Path
 from typing import Any, Callable, Iterator, List, Optional, Sequence, Tuple
 
@@ -21,7 +21,7 @@ from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report, chain_
 from diff_encoder_sim.trials.navigating_driver import NO_NAVIGATION
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import latency_ns
-from diff_encoder_sim.wheels.odometry import OdometryEstimate, wheel_speeds_mps
+from diff_encoder_sim.wheels.odometry import wheel_speeds_mps
 
 # Place of a message in its bag: the tick, and the order within the tick. Live nodes publish in this order.
 Place = Tuple[int, int]
@@ -83,31 +83,27 @@ def _run_chain(
     run = chain_of(trial, params).run(drive, commands=speeds_mps)
     # A collision ends its tick before odometry.
     ticks_with_odometry = len(drive) - (robot.ending.outcome is Outcome.COLLISION)
-    reports: List[_Event] = []
+    times_ns, samples = (TICK_NS * run.rows[0]).tolist(), run.samples()
+    reports: List[_Event] = [
+        ((now_ns // TICK_NS, _REPORTS), publications.encoder_pulse, (now_ns, sample))
+        for now_ns, sample in zip(times_ns, samples)
+    ]
     odometry: List[_Event] = []
     last: Optional[Report] = None
-    fusion, imu_log = fusion_of(trial, params), deque(robot.imu_log)
-    for tick, sample, estimate in zip(run.rows[0].tolist(), run.samples(), run.estimates()):
-        now_ns = tick * TICK_NS
-        reports.append(((tick, _REPORTS), publications.encoder_pulse, (now_ns, sample)))
-        estimates: List[Tuple[int, OdometryEstimate, bool]] = []
-        while fusion is not None and imu_log and imu_log[0][0] <= now_ns:
-            time_ns, measured = imu_log.popleft()
-            estimates += [(time_ns, each, True) for each in fusion.take_sample(measured)]
-        if estimate is not None:
-            estimates.append((now_ns, estimate, False))
-        if fusion is not None:
-            estimates += [(now_ns, each, True) for each in fusion.take_counts(*sample[:3])]
-        for time_ns, each, is_fused in estimates:
-            due_ns = time_ns + odometry_latency_ns
-            due_tick = -(-due_ns // TICK_NS)
-            if due_tick < ticks_with_odometry:
-                # Odometry begins at the surveyed start pose, as by scripted_drive_node's transform.
-                pose, place = start.compose(each.base_pose_in_odom), (due_tick, _ODOMETRY)
-                odometry.append((place, publications.odometry, (due_ns, each, is_fused)))
-                if is_fused or fusion is None:
-                    odometry.append((place, publications.global_pose, (due_ns, each.stamp_ns, pose)))
-                    last = Report(each.stamp_ns, robot.true_pose_in_map, each, pose, None, NO_NAVIGATION)
+    fusion = fusion_of(trial, params)
+    fused = fusion.run(robot.imu_log, zip(times_ns, (sample[:3] for sample in samples))) if fusion else ()
+    estimates = [(time_ns, each, True) for time_ns, each in fused]
+    estimates += [(time_ns, each, False) for time_ns, each in zip(times_ns, run.estimates()) if each is not None]
+    for time_ns, estimate, is_fused in sorted(estimates, key=operator.itemgetter(0)):
+        due_ns = time_ns + odometry_latency_ns
+        due_tick = -(-due_ns // TICK_NS)
+        if due_tick < ticks_with_odometry:
+            # Odometry begins at the surveyed start pose, as by scripted_drive_node's transform.
+            pose, place = start.compose(estimate.base_pose_in_odom), (due_tick, _ODOMETRY)
+            odometry.append((place, publications.odometry, (due_ns, estimate, is_fused)))
+            if is_fused or fusion is None:
+                odometry.append((place, publications.global_pose, (due_ns, estimate.stamp_ns, pose)))
+                last = Report(estimate.stamp_ns, robot.true_pose_in_map, estimate, pose, None, NO_NAVIGATION)
     for _, publish, message in heapq.merge(shared.events(bag), reports, odometry, key=lambda event: event[0]):
         publish(*message)
     return last

@@ -165,7 +165,7 @@ class OdometryDiagnosis:
         self._rate.restart()
         for wheel in self._following.values():
             wheel.restart()
-        self._reported = self._rate.lost, self._odometry.restarts
+        self._reported = self._rate.lost, self._odometry.pulses.restarts
 
     def take_command(self, linear_mps: float, angular_radps: float) -> None:
         """Set the commanded twist."""
@@ -179,14 +179,14 @@ class OdometryDiagnosis:
         if not is_used:
             self._ignored += 1
             return
-        counts = self._odometry.counts
+        counts = self._odometry.pulses.counts
         self._rate.take(stamp_ns, *counts)
         for wheel, count in zip(self._following.values(), counts):
             wheel.take_report(stamp_ns, count)
 
     def diagnose(self) -> Diagnosis:
         """Return the state at the newest report; warnings cover the time since the last call."""
-        before, self._reported = self._reported, (self._rate.lost, self._odometry.restarts)
+        before, self._reported = self._reported, (self._rate.lost, self._odometry.pulses.restarts)
         lost, restarts = self._reported
         warnings = [f'lost reports: {lost - before[0]}'] if lost > before[0] else []
         warnings += [f'counter restarts: {restarts - before[1]}'] if restarts > before[1] else []

@@ -140,7 +140,7 @@ class WheelOdometry:
 
     def __init__(self, params: OdometryParams) -> None:
         self.params = params
-        self._pulses, self._m_per_pulse = PulseTotals(params.counter_limits), params.m_per_pulse
+        self.pulses, self._m_per_pulse = PulseTotals(params.counter_limits), params.m_per_pulse
         self._geometry_std = params.geometry_std
         self._noise, self._curve_noise = params.travel_variance, params.curve_noise or 0.0
         self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
@@ -148,7 +148,7 @@ class WheelOdometry:
 
     def reset(self) -> None:
         """Return to pose zero; the next report with a new stamp is the start."""
-        self._pulses.reset()
+        self.pulses.reset()
         # Of the readings that the twist spans: stamp, left and right pulses since the start.
         self._totals: Deque[Tuple[int, int, int]] = deque(maxlen=self.params.velocity_window + 1)
         self._twists, self._pull = TwistEstimator(self.params), LateralAcceleration(self.params.wheel_separation)
@@ -158,16 +158,6 @@ class WheelOdometry:
         second_m2 = (sum(self.params.reading_variances_m2) / self.params.wheel_separation) ** 2
         self._motion_covariance = PlanarCovariance(xx=second_m2, yy=second_m2)
         self._geometry_errors = NO_ERRORS
-
-    @property
-    def counts(self) -> Tuple[int, int]:
-        """Return the left and right pulses since the start, across wraps and restarts of the counters."""
-        return self._pulses.counts
-
-    @property
-    def restarts(self) -> int:
-        """Return the number of restarts of the counters."""
-        return self._pulses.restarts
 
     def update(
         self, stamp_ns: int, left_count: int, right_count: int, wheel_rates_radps: Optional[WheelRates] = None
@@ -190,7 +180,7 @@ class WheelOdometry:
             stamp_s = stamp_ns / NANOSECONDS_PER_SECOND
             log.warning('encoder stamps went back to %.3f s: odometry restarted at pose zero', stamp_s, extra=EVENT)
             self.reset()
-        totals = self._pulses.read(stamp_ns, left_count, right_count)
+        totals = self.pulses.read(stamp_ns, left_count, right_count)
         if self._totals:
             self._integrate(self._totals[-1], totals)
         self._totals.append(totals)

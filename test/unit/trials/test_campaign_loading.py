@@ -261,7 +261,10 @@ def test_a_mistake_on_the_command_line_is_not_blamed_on_the_file(tmp_path, repla
         ({'variants': {'a': {'imu': 5}}}, "imu: given '5'; allowed: bmi088, "),
         ({'set': {'imu': 'bno055'}}, 'imu: unknown key'),
         ({'fusion': 'embedded'}, 'fusion: given embedded without an IMU; allowed: with an IMU, such as mpu6050'),
-        ({'imu': 'bno055', 'vary': {'fusion': ['none', 'upstream']}}, "fusion: given 'upstream'; allowed: none or"),
+        (
+            {'imu': 'bno055', 'vary': {'fusion': ['none', 'upstream']}},
+            "fusion: given 'upstream'; allowed: 'none' or 'embedded'",
+        ),
         ({'imu': 'bno055', 'set': {'simulator.imu.rate': 33.0}}, 'simulator: imu: given .*; allowed: a rate whose'),
         ({'variants': {'a': {MISSED: 0.1}}, 'vary': {MISSED: [0.1]}}, 'given under variants and vary; allowed: one'),
     ],

@@ -160,7 +160,7 @@ def test_whole_pulses_within_a_short_interval_are_no_restart(rate_hz, ppr, caplo
     pulses = (30.0 * np.arange(2 * rate_hz) / rate_hz * ppr / TURN).astype(int).tolist()
     for index, count in enumerate(pulses):
         odometry.update(index * 1_000_000_000 // rate_hz, count, -count)
-    assert odometry.counts == (pulses[-1], -pulses[-1]) and not caplog.records
+    assert odometry.pulses.counts == (pulses[-1], -pulses[-1]) and not caplog.records
 
 
 @pytest.mark.parametrize('encoder', [{'sensor': 'absolute', 'bits': 14, 'noise': 5.0}, {'hysteresis': 9.0}])
