@@ -14,6 +14,7 @@ import signal
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
@@ -153,6 +154,28 @@ def test_both_stacks_get_the_same_parameters(nav, load):
     assert found['/move_base/local_costmap/scan/clearing'] is True
     assert {'/amcl/', '/move_base/'} <= {name.rstrip('/') + '/' for name in config.clear_params}
     assert '/simulator_node/command_period' not in found  # that of /trial
+
+
+@pytest.mark.parametrize('fusion', ['embedded', 'upstream'])
+def test_fusion_has_the_transform_and_navigation_its_odometry(fusion, load):
+    usual = load(TRIAL)[0]
+    config, commands = load(TRIAL, f'fusion:={fusion}', 'imu:=bno055')
+    types_of_fusion = {'embedded': (OWN, 'odometry_fusion_node'), 'upstream': (OWN, 'upstream_node')}
+    assert types(config) == {**types(usual), 'odometry_fusion_node': types_of_fusion[fusion]}
+    remapped = {node.name: list(node.remap_args) for node in config.nodes if node.name in ('amcl', 'move_base')}
+    assert remapped == {'amcl': [], 'move_base': [['odom', 'odometry/filtered']]}
+    assert {'--imu=bno055', f'--fusion={fusion}'} <= {*commands['trial']} & {*commands['/robot_settings']}
+    found = params(config)
+    waited_for = ['/odom', '/odometry/filtered'] if fusion == 'embedded' else ['/odom']
+    assert found['/simulator_node/wait_for'] == waited_for
+    if fusion == 'upstream':  # its order: position, rotation, their speeds, acceleration
+        fused = {
+            key: np.flatnonzero(found[f'/odometry_fusion_node/{key}_config']).tolist() for key in ('odom0', 'imu0')
+        }
+        assert fused == {'odom0': [6, 11], 'imu0': [11]}
+        assert (found['/odometry_fusion_node/odom0'], found['/odometry_fusion_node/imu0']) == ('odom', 'imu/data')
+        assert len(found['/odometry_fusion_node/odom0_config']) == len(found['/odometry_fusion_node/imu0_config']) == 15
+    check_all_is_there(config)
 
 
 def test_a_users_own_files_reach_their_nodes(tmp_path, load):
@@ -295,6 +318,7 @@ def graph(tmp_path_factory):
             {
                 **{name: {name: WRITE_ARGUMENTS} for name in UPSTREAM},
                 'dwa_local_planner': {},
+                'robot_localization': {'ekf_localization_node': WRITE_ARGUMENTS},
                 'gazebo_ros': {'gzserver': WRITE_ARGUMENTS, 'spawn_model': WRITE_ARGUMENTS},
             },
         )
@@ -319,6 +343,7 @@ SPAWNED = '-urdf -param gazebo_robot_description -model alto -x -3.4 -y -0.85 -Y
 PROGRAMS = [
     ('map_server', ['upstream_node', 'map_server', *REMAPPINGS], [f'{ROOT}/worlds/ros_logo.yaml', *REMAPPINGS]),
     ('amcl', ['upstream_node', 'amcl', MY_AMCL], ['_initial_pose_x:=-3.4', '_initial_pose_a:=0.0', MY_AMCL]),
+    ('ekf_localization_node', ['upstream_node', 'ekf_localization_node', '__name:=ekf'], ['__name:=ekf']),
     ('gzserver', ['gazebo_trial', 'server'], ['-u', '-e', 'ode', f'{ROOT}/worlds/ros_logo.world']),
     ('spawn_model', ['gazebo_trial', 'spawn'], SPAWNED.split()),
 ]

@@ -29,7 +29,6 @@ from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, UNKNOWN
 from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ, STATES_PERIOD_S, STATES_RATE_HZ
 from diff_encoder_sim.trials.campaign_loading import as_driven_by
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM, require
-from diff_encoder_sim.trials.robot_params import imu_of
 from diff_encoder_sim.trials.route_driver import misfit
 from diff_encoder_sim.wheels.catalogue import encoder_lines
 from diff_encoder_sim.wheels.encoder_params import DEFAULT_PPR, PulsesPerRevolution, file_label
@@ -67,7 +66,6 @@ def plan(options: TrialOptions) -> LivePlan:
     chosen = {'test': paced, 'number': number, 'odom': options.odom, 'nav': options.nav, 'fusion': options.fusion}
     trial = Trial.from_mapping({**chosen, **of_encoder, **wheels}, '')
     trial.test.check_drivable(options.nav)
-    imu_of(robot, options.fusion)
     if options.fusion != 'none' and options.odom != 'encoder':
         raise ConfigError(f'fusion: given {options.fusion} with odom {options.odom}; allowed: odom:=encoder')
     if options.slam != 'none' and not is_scripted:

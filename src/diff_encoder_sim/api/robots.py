@@ -78,6 +78,8 @@ def launched_robot(
     # The parameter server does not support None.
     of_encoder = {key: value for key, value in encoder.overrides.items() if value is not None} if encoder else {}
     given = {**of_encoder, **imu_settings(options.imu, config, users_folder), **arguments}
+    if options.fusion != 'none':
+        given['config.publish_tf'] = False  # by the fusion
     if OWN_PPR in given:
         replaced.update(RESOLUTION_KEYS)  # overrides the robot's own encoder
     settings = {key: value for key, value in settings.items() if key not in replaced}
@@ -94,9 +96,10 @@ def launched_robot(
         file = files['config']
         raise ConfigError(f'{file}: encoder: given {resolution} with ppr {given[OWN_PPR]}; allowed: one of them')
     settings.update(_config(params.odometry.uncertainty))
-    if params.simulator.imu is not None:
+    imu = robot_params.imu_of(params, options.fusion)
+    if imu is not None:
         frames = {'odom_frame': params.odometry.odom_frame, 'base_link_frame': params.odometry.base_frame}
-        of_fusion = {**frames, 'publish_tf': True, 'imu': params.simulator.imu.model_dump()}
+        of_fusion = {**frames, 'publish_tf': True, 'imu': imu.model_dump()}
         settings.update((f'fusion.{key}', value) for key, value in flat(of_fusion))
     if options.sim != SIMULATED and not is_noise_given:
         notes += filter(None, [hidden_encoder(params.odometry)])
