@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
-from diff_encoder_sim.drives.topics import ENCODER_VELOCITY, IMU, RECORDED_LIVE
+from diff_encoder_sim.drives.topics import ENCODER_VELOCITY, FILTERED, IMU, RECORDED_LIVE
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.drives.trial_recording import read_trial
 from launched_graph import DATA, ROOT, Graph, complaints, require_ros
@@ -22,7 +22,7 @@ ELSEWHERE = (2.7, 0.9, math.pi / 2)  # east of the pillars, where no wall is as 
 CONFIG = (ROOT / 'config' / 'config.yaml').read_text().replace('rate: 20.0 ', 'rate: 10.0 ')
 PERIOD_NS = 100_000_000
 PERIODIC = ('/odom', '/global_pose', '/scan')
-TRIAL_TOPICS = set(RECORDED_LIVE) - {ENCODER_VELOCITY, IMU}
+TRIAL_TOPICS = set(RECORDED_LIVE) - {ENCODER_VELOCITY, IMU, FILTERED}
 
 
 @pytest.fixture(scope='module')

@@ -32,7 +32,7 @@ from diff_encoder_sim.drives.wheel_source import TimedDrive, WheelSource
 from diff_encoder_sim.localization.fused_odometry import FusedOdometry, ImuReading
 from diff_encoder_sim.localization.fusion import FusionParams
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
-from diff_encoder_sim.wheels.chain import Chain
+from diff_encoder_sim.wheels.chain import Chain, ChainRun
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, wheel_speeds_mps
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.report_link import EncoderSample
@@ -151,13 +151,13 @@ class Encoder(NamedTuple):
         """Return the name in tables."""
         return f'{self.chosen.label} fused' if self.imu else self.chosen.label
 
-    def fused(self, read: ReadDrive, times_ns: List[int], samples: Sequence[EncoderSample]) -> List[FusedReport]:
+    def fused(self, read: ReadDrive, times_ns: List[int], run: ChainRun) -> List[FusedReport]:
         """Return the fused odometry of reports with times of recording, with the times at which it is due."""
-        if self.imu is None:
+        if self.imu is None or not times_ns:
             return []
         fusion = FusedOdometry(FusionParams(frequency=FUSED_RATE_HZ), self.odometry, self.imu)
         within = ((time_ns, each) for time_ns, each in read.imu if times_ns[0] <= time_ns <= times_ns[-1])
-        return list(fusion.run(within, zip(times_ns, (sample[:3] for sample in samples))))
+        return list(fusion.run(within, zip(times_ns, (sample[:3] for sample in run.samples()))))
 
 
 class EncodedDrive(NamedTuple):
@@ -196,13 +196,13 @@ def encode_drive(
             commands = np.array(speeds_mps)[newest]
         run = chain.run(timed.drive, None if phases_rad is None else phases_rad[:1], commands)
         reports += len(run.rows[0])
-        times_ns, samples = timed.times_ns[run.rows[0]].tolist(), run.samples()
-        fused = encoder.fused(read, times_ns, samples)
+        times_ns = timed.times_ns[run.rows[0]].tolist()
+        fused = encoder.fused(read, times_ns, run)
         if phases_rad is not None and draws > 1 and encoder.imu is None:
             drawn.append(drawn_paths(encoder.params, encoder.odometry, timed.drive, phases_rad, commands, run.rows[0]))
         elif phases_rad is not None and draws > 1:
             runs = (chain.run(timed.drive, phase_rad[None], commands) for phase_rad in phases_rad)
-            paths_of_draws = (_path([each for _, each in encoder.fused(read, times_ns, one.samples())]) for one in runs)
+            paths_of_draws = (_path([each for _, each in encoder.fused(read, times_ns, one)]) for one in runs)
             drawn.append(DrawnPaths(draw, path[0], path[1][None]) for draw, path in enumerate(paths_of_draws))
         if not bag and not fused and len(run.rows[0]) > FEW_REPORTS:
             stamps_ns, poses = run.stamps_ns[0], run.poses[0]
@@ -213,7 +213,7 @@ def encode_drive(
         paths.append(_path([each for _, each in fused] or [each for each in estimates if each is not None]))
         if bag:
             due = deque(fused)
-            for time_ns, sample, estimate in zip(times_ns, samples, estimates):
+            for time_ns, sample, estimate in zip(times_ns, run.samples(), estimates):
                 while copies and copies[0].time_ns < time_ns:
                     _copy(bag, copies.popleft(), encoder, trial)
                 _report(bag, time_ns, sample, estimate, encoder)

@@ -78,7 +78,7 @@ class FusedOdometry:
         cause, text = self._fault(stamp_ns, frame, yaw_rate_radps)
         self._has_gyro = not cause
         if cause:
-            self._warn_once(cause, f'IMU: {text}; continuing with the wheels')
+            self._warn_once(cause, f'IMU: {text}')
         else:
             self._rates.append((stamp_ns, yaw_rate_radps))
             self._rates_until_ns = stamp_ns + self._due_after_ns
@@ -101,9 +101,7 @@ class FusedOdometry:
             self._rates_until_ns = stamp_ns  # the first rates may still come
         if self._has_gyro and stamp_ns - self._rates_until_ns > self._gyro_timeout_ns:
             self._has_gyro = False
-            self._warn_once(
-                'silence', f'IMU: no sample for {self._params.gyro_timeout:g} s; continuing with the wheels'
-            )
+            self._warn_once('silence', f'IMU: no sample for {self._params.gyro_timeout:g} s')
         self._reports.append(self._pulses.read(stamp_ns, left_count, right_count))
         return self._released()
 
@@ -130,10 +128,10 @@ class FusedOdometry:
             return 'rate', f'angular velocity {yaw_rate_radps} rad/s; allowed: finite numbers'
         return ('bias', 'wrong bias') if self._is_bias_wrong else ('', '')
 
-    def _warn_once(self, cause: str, text: str) -> None:
+    def _warn_once(self, cause: str, text: str, reaction: str = 'continuing with the wheels') -> None:
         if cause not in self._warned:
             self._warned.add(cause)
-            log.warning('%s (reported once)', text, extra=EVENT)
+            log.warning('%s; %s (reported once)', text, reaction, extra=EVENT)
 
     def _released(self) -> List[OdometryEstimate]:
         """Process the reports that wait for no more rates."""
@@ -154,7 +152,7 @@ class FusedOdometry:
         if wheels_ns is None or self._reports or stamp_ns - wheels_ns <= self._wheel_timeout_ns:
             return []
         self._warn_once(
-            'wheels', f'no counts for {self._params.wheel_timeout:g} s; reporting no motion until they come'
+            'wheels', f'no counts for {self._params.wheel_timeout:g} s', 'reporting no motion until they come'
         )
         self._pass_rates(stamp_ns)
         self._filter.take_time(stamp_ns)
@@ -173,7 +171,7 @@ class FusedOdometry:
             self._is_bias_wrong, self._has_gyro = True, False
             self._rates.clear()
             given = f'IMU: estimated bias {bias_radps:.3g} rad/s; allowed: up to {self._largest_bias_radps:.3g} rad/s'
-            self._warn_once('bias', f'{given}; continuing with the wheels until a reset')
+            self._warn_once('bias', given, 'continuing with the wheels until a reset')
         if stamp_ns <= self._estimate_ns or self._sampler.period_index(stamp_ns) is None:
             return []
         self._estimate_ns = stamp_ns
