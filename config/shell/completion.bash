@@ -37,6 +37,7 @@ _diff_encoder_sim_values() {
     *' --robot' | check?robot' ') _diff_encoder_sim_names robots ;;
     *' --tests') _diff_encoder_sim_names tests ;;
     *' --encoders' | *' --encoder') echo catalogue && _diff_encoder_sim_names encoders ;;
+    *' --imu') _diff_encoder_sim_names imu ;;
     *' --amcl') _diff_encoder_sim_names . | grep '^amcl' ;;
     'campaign --config' | 'advise --config') _diff_encoder_sim_names campaigns ;;
     *' -'*) grep -oE -- "$2 \{[^}]*\}" <<<"$3" | head -n 1 | grep -oE '\{.*\}' | tr -d '{}' | tr ',' '\n' ;;

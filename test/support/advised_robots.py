@@ -5,14 +5,16 @@ import functools
 import numpy as np
 import pytest
 
+from diff_encoder_sim.advice import imu_answer
 from diff_encoder_sim.advice import odometry_answer as module
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Limit, Reach, Requirement, Travel
 from diff_encoder_sim.advice.drive_draws import RADIUS, DriveDraws
 from diff_encoder_sim.advice.encoder_search import TrialCounts
 from diff_encoder_sim.advice.odometry_answer import OdometryCurves, odometry_answer
-from diff_encoder_sim.advice.odometry_study import Advice, ListedEncoder, TriedEncoder, with_budgets
+from diff_encoder_sim.advice.odometry_study import Advice, ListedEncoder, TriedEncoder, with_budgets, with_imus
 from diff_encoder_sim.advice.trial_study import GoalTrials, truth_budget
 from diff_encoder_sim.analysis.statistics import Interval
+from diff_encoder_sim.base.imu import load_imu
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.robots.wheel_quality import CALIBRATED, EXACT
@@ -45,6 +47,17 @@ def straight_advice():
     by_wheels = {EXACT: answer, CALIBRATED: LIMITED}
     about = 'alto', 90.0, REQUIREMENT, curves, ALTO
     return Advice(*about, [*by_wheels], {Criterion.ODOMETRY: answer}, by_wheels, {}, {})
+
+
+@functools.lru_cache(maxsize=None)
+def advice_with_imus():
+    """An advice on exact wheels with two IMUs, of which the first has budgets."""
+    advice = straight_advice()
+    advice = advice._replace(shown_wheels=[EXACT], curves_by_wheels=[advice.curves])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(imu_answer, 'MOST_DRAWS', 50)
+        imus = {name: load_imu(name, ROOT / 'config', ROOT).imu for name in ('stim300', 'bno055')}
+        return with_imus(with_budgets(advice, [128.0]), imus, 20.0, [90.0])
 
 
 @functools.lru_cache(maxsize=None)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Sequence, Tuple
+from typing import Any, Dict, List, Mapping, Tuple
 
 import altair as alt
 import numpy as np
@@ -13,20 +14,19 @@ from markupsafe import Markup
 
 from diff_encoder_sim.advice import advice_tables as tables
 from diff_encoder_sim.advice.advice_tables import DECIMALS, TO_SHOWN
-from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, Requirement, along_goal
+from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, along_goal
+from diff_encoder_sim.advice.drive_draws import DrawnRobot
 from diff_encoder_sim.advice.fused_draws import STANDSTILL_S, assumed_wheels
-from diff_encoder_sim.advice.imu_answer import ImuAnswer
 from diff_encoder_sim.advice.odometry_answer import FEWEST_COUNTS, MOST_COUNTS
 from diff_encoder_sim.advice.odometry_study import Advice
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, chart_of, with_legend, zoomed
 from diff_encoder_sim.analysis.charts.drawings import PLAIN, tips
-from diff_encoder_sim.analysis.closed_form import gyro_heading_std_rad, wheels_heading_std_rad
+from diff_encoder_sim.analysis.closed_form import crossover_counts, gyro_heading_std_rad, wheels_heading_std_rad
 from diff_encoder_sim.analysis.report.about import PageAbout, save_page
 from diff_encoder_sim.analysis.results_table import RobotGeometry
 from diff_encoder_sim.analysis.statistics import wilson
 from diff_encoder_sim.base.imu import ImuParams
-from diff_encoder_sim.localization.fusion import WheelErrors
 
 # Colours of criteria and causes, safe for colour-blind readers (Okabe and Ito, 2008; the last by Tol).
 COLOURS = {Criterion.ODOMETRY: '#d55e00', Criterion.POSE_ESTIMATE: '#0072b2', Criterion.TRUTH: '#009e73'}
@@ -36,10 +36,10 @@ CAUSES = ('#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#f0
 UNITS = ('mm', 'mm', 'degrees')
 SMALLEST_ERROR = 1e-4  # lower limit of the logarithmic axis; smaller bars are invisible [mm, degrees]
 SHARES = np.round(np.linspace(0.02, 0.99, 98), 2)  # success rates of the closed-form line
-NARROW_PX = 420  # chart width below which the legend of causes has one column
+COLUMNS = {'expr': 'width < 420 ? 1 : 2'}  # of long legends, by the width of the chart [px]
 TICKS = [10, 30, 100, 300, 1000, 3000, 10000, 30000]
 
-ENCODERS, SPEEDS_MPS = (40.0, 90.0, 250.0, 1024.0, 4096.0), (0.1, 0.5)  # of the chart of headings
+ENCODERS, SPEEDS_MPS = (40.0, 90.0, 250.0, 1024.0, 4096.0), {0.1: '#8a9099', 0.5: GREY}  # of the chart of headings
 TIMES_S, HEADINGS_DEG = np.geomspace(1.0, 3600.0, 50), (0.005, 20.0)
 
 BESIDE = {Criterion.ODOMETRY: 1 / 1.1, Criterion.POSE_ESTIMATE: 1.0, Criterion.TRUTH: 1.1}  # factors apart
@@ -98,7 +98,10 @@ def advice_charts(advice: Advice) -> Markup:
         criteria = [Option(criterion.value, criterion.text) for criterion in (Criterion.ODOMETRY, Criterion.TRUTH)]
         choices.append(Choice('criterion', 'Budget of', criteria, Criterion.ODOMETRY.value, 'radio'))
     charts = [_share_chart(advice), _error_chart(advice), _budget_chart(advice)]
-    return chart_page.charts_html([*([_heading_chart(advice)] if advice.imus else []), *charts], choices)
+    if advice.imus:
+        robots = {answer.wheels.text: answer.curves[0].fused.robot for answer in advice.imus}
+        charts[:0] = [heading_chart({each.name: each.params for each in advice.imus}, advice.geometry, robots)]
+    return chart_page.charts_html(charts, choices)
 
 
 def _has_truth(advice: Advice) -> bool:
@@ -197,75 +200,60 @@ def _error_chart(advice: Advice) -> Chart:
     drawn = chart_of(rows, OF_TEST, OF_AXIS).mark_line(clip=True).encode(x=_COUNTS, y=y, strokeDash=dash)
     text = 'Quantiles of the sampled drives: half, the required fraction, and 95 %; grey: the tolerance.'
     points = _nearest(rows, {'level': ('samples', '.0%'), 'error': ('error at most [mm, degrees]', '.3~r')}, OF_AXIS)
-    fused = [answer for answer in advice.imus if answer.wheels == advice.shown_wheels[0]]
-    if fused:
-        text += f' Coloured: {100.0 * share:g} % with an IMU, with the confidence interval.'
-    with_imus = [each.encode(y=y, x=_COUNTS) for each in _fused_curves(fused, advice.requirement)]
-    drawing = alt.layer(_tolerance_rule(advice, y), zoomed(drawn), points.encode(y=y), *with_imus)
-    return Chart('error', "Odometry's error against the counts", text, drawing)
+    layers = [_tolerance_rule(advice, y), zoomed(drawn), points.encode(y=y)]
+    if advice.imus:
+        text += f' Coloured: {100.0 * share:g} % with an IMU, and the interval.'
+        band = _fused_curves(advice).encode(x=_COUNTS)
+        layers += [band.mark_area(opacity=0.25, clip=True).encode(y='low:Q', y2='high:Q')]
+        layers += [band.mark_line(clip=True).encode(y=y)]
+    return Chart('error', "Odometry's error against the counts", text, alt.layer(*layers))
 
 
-def _fused_curves(answers: Sequence[ImuAnswer], requirement: Requirement) -> List[alt.Chart]:
-    """Return bands and lines of the error with each IMU that the required fraction of the drives does not exceed."""
-    rows = []
-    for answer in answers:
+def _fused_curves(advice: Advice) -> alt.Chart:
+    """Return the errors with each IMU that the required fraction of the drives does not exceed, on the first wheels."""
+    rows, share, names = [], advice.requirement.share, list(dict.fromkeys(each.name for each in advice.imus))
+    for answer in advice.imus[: len(names)]:
+        levels = share, *wilson(round(share * answer.draws), answer.draws, advice.requirement.confidence)
         for curve in answer.curves:
-            levels = requirement.share, *wilson(round(requirement.share * answer.draws), answer.draws)
             for counts, errors in curve.errors.items():
                 shown = np.abs(along_goal(errors, curve.fused.drive.goal_in_map)) * TO_SHOWN
-                found = np.maximum(np.quantile(shown, levels, axis=0), SMALLEST_ERROR).T.tolist()
                 key = {'test': curve.plain.test, 'IMU': answer.name, 'counts': counts}
-                rows += [
-                    {**key, 'axis': axis, **dict(zip(('error', 'low', 'high'), of_axis))}
-                    for axis, of_axis in zip(AXES, found)
-                ]
-    if not rows:
-        return []
-    colours = dict(zip((answer.name for answer in answers), CAUSES))
-    chart = chart_of(rows, OF_TEST, OF_AXIS).encode(color=with_legend(alt.Color, 'IMU:N', colours, columns=2))
-    return [chart.mark_area(opacity=0.25, clip=True).encode(y='low:Q', y2='high:Q'), chart.mark_line(clip=True)]
+                for axis, found in zip(AXES, np.maximum(np.quantile(shown, levels, axis=0), SMALLEST_ERROR).T.tolist()):
+                    rows.append({**key, 'axis': axis, **dict(zip(('error', 'low', 'high'), found))})
+    colour = with_legend(alt.Color, 'IMU:N', dict(zip(names, CAUSES[1:])), columns=3, symbolOpacity=1)
+    return chart_of(rows, OF_TEST, OF_AXIS).encode(color=colour)
 
 
-def _heading_chart(advice: Advice) -> Chart:
-    """Return the heading errors of gyroscopes, and of the shown wheels that drift."""
-    robots = {answer.wheels.text: answer.curves[0].plain.draws.robot for answer in advice.imus}
-    wheels = {name: assumed_wheels(robot, robot.odometry) for name, robot in robots.items()}
-    return heading_chart({answer.name: answer.params for answer in advice.imus}, advice.geometry, wheels)
-
-
-def heading_chart(imus: Mapping[str, ImuParams], robot: RobotGeometry, wheels: Mapping[str, WheelErrors]) -> Chart:
-    """Return the heading errors over time, in closed form: gyroscopes, encoders, and wheels by their accuracy."""
+def heading_chart(imus: Mapping[str, ImuParams], geometry: RobotGeometry, robots: Mapping[str, DrawnRobot]) -> Chart:
+    """Return the heading errors over time, in closed form: gyroscopes, encoders, and wheels that drift, by name."""
     stds_rad = {name: gyro_heading_std_rad(imu, STANDSTILL_S, TIMES_S) for name, imu in imus.items()}
-    colours = dict(zip(imus, CAUSES))
-    for name, errors in wheels.items():
-        for speed_mps in SPEEDS_MPS:
-            of_path = errors.travel_variance, errors.diameter_difference_std
-            if any(of_path):
-                line = f'{name}, {speed_mps:g} m/s'
-                stds_rad[line] = wheels_heading_std_rad(robot, math.inf, speed_mps * TIMES_S, *of_path)
-                colours[line] = GREY
-    rows = [
-        {'line': line, 'time': time_s, 'error': error, 'is_of_wheels': line not in imus}
-        for line, stds in stds_rad.items()
-        for time_s, error in zip(TIMES_S.tolist(), np.degrees(stds).tolist())
-    ]
-    of_counts = {counts: wheels_heading_std_rad(robot, counts, np.zeros(1), 0.0, 0.0) for counts in ENCODERS}
-    encoders = [{'text': f'{counts:g}', 'error': float(np.degrees(std[0]))} for counts, std in of_counts.items()]
-    x = alt.X('time:Q', title='time [s]').scale(type='log', domain=[TIMES_S[0], TIMES_S[-1]], nice=False)
+    looks, still, rows = dict(zip(imus, CAUSES[1:])), np.zeros_like(TIMES_S), []
+    for name, (speed_mps, grey) in itertools.product(robots, SPEEDS_MPS.items()):
+        wheels, line = assumed_wheels(robots[name], robots[name].odometry), f'{name}, {speed_mps:g} m/s'
+        of_path = wheels.travel_variance, wheels.diameter_difference_std
+        if any(of_path):
+            looks[line] = grey
+            stds_rad[line] = wheels_heading_std_rad(geometry, math.inf, speed_mps * TIMES_S, *of_path)
+    for line, stds in stds_rad.items():
+        for numbers in zip(TIMES_S, np.degrees(stds), crossover_counts(geometry, np.maximum(stds, 1e-9), still)):
+            rows.append({'line': line, 'is_gyro': line in imus, **dict(zip(('time', 'error', 'counts'), numbers))})
+    of_counts = (wheels_heading_std_rad(geometry, counts, still, 0.0, 0.0)[0] for counts in ENCODERS)
+    encoders = [{'text': f'{counts:g} counts', 'error': math.degrees(std)} for counts, std in zip(ENCODERS, of_counts)]
+    scale = alt.Scale(type='log', domain=[TIMES_S[0], TIMES_S[-1]], nice=False)
+    x = alt.X('time:Q', title='time since the start [s]', scale=scale).axis(values=[1, 10, 60, 600, 3600], format='d')
     y = alt.Y('error:Q', title='heading error [degrees]').scale(type='log', domain=HEADINGS_DEG).axis(format=PLAIN)
-    dash = alt.condition('datum.is_of_wheels', alt.value([6, 3]), alt.value([1, 0]))
-    named = [*tips({'line': 'heading by'}), *tips({'time': 'seconds', 'error': 'degrees'}, '.2~r')]
-    lines = chart_of(rows).mark_line(clip=True).encode(x=x, y=y, strokeDash=dash, tooltip=named)
+    named = [*tips({'line': 'heading by'}), *tips({'time': 'seconds', 'error': 'degrees', 'counts': 'counts'}, '.2~r')]
+    dash = alt.condition('datum.is_gyro', alt.value([1, 0]), alt.value([6, 3]))
+    lines = chart_of(rows).mark_line(clip=True).encode(x=x, y=y, tooltip=named, strokeDash=dash)
     labels = chart_of(encoders).mark_text(align='right', dx=-4, dy=-6, color=GREY)
     drawing = alt.layer(
         chart_of(encoders).mark_rule(strokeDash=[2, 3], color=GREY).encode(y=y),
         labels.encode(x=alt.value('width'), y=y, text='text:N'),
-        zoomed(lines.encode(color=with_legend(alt.Color, 'line:N', colours, columns=2))),
+        zoomed(lines.encode(color=with_legend(alt.Color, 'line:N', looks, columns=COLUMNS))),
     )
     text = (
-        f'The lower line wins. A gyroscope drifts with time, after {STANDSTILL_S:g} s at rest; an encoder (dotted, by '
-        'counts per wheel turn) does not; wheels drift with distance (dashed). Standard deviations on a straight line, '
-        'in closed form. In turns, the scale error of the gyroscope and the error of the separation are added.'
+        f'The lower line wins. Gyroscopes drift with time, after {STANDSTILL_S:g} s at rest; encoders (dotted) do not; '
+        'wheels drift with distance (dashed). Standard deviations on a straight line, in closed form.'
     )
     return Chart('heading', 'Encoder or gyroscope', text, drawing)
 
@@ -279,7 +267,7 @@ def _budget_chart(advice: Advice) -> Chart:
         if tried.budget:
             rows += _bars(tried.test, Criterion.TRUTH, tried.encoder, tried.ppr, tried.budget)
     colours = dict(zip(dict.fromkeys(row['cause'] for row in rows), CAUSES))
-    colour = with_legend(alt.Color, 'cause:N', colours, columns={'expr': f'width < {NARROW_PX} ? 1 : 2'})
+    colour = with_legend(alt.Color, 'cause:N', colours, columns=COLUMNS)
     x = alt.X('encoder:O', title='counts per wheel turn', sort=alt.EncodingSortField('counts'))
     named = tips({'encoder': 'encoder', 'cause': 'cause', 'mean': 'mean', 'deviation': 'standard deviation'})
     title = 'rms [mm, degrees]'

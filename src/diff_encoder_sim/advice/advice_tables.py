@@ -11,9 +11,9 @@ from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Seque
 import numpy as np
 
 from diff_encoder_sim.advice import drive_draws
-from diff_encoder_sim.advice.answers import AXES, Answer, Budget, Criterion, Kind, Limit, Requirement, amount_text
+from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, Kind, Limit, Requirement, amount_text
 from diff_encoder_sim.advice.fused_draws import STANDSTILL_S
-from diff_encoder_sim.advice.imu_answer import ImuAnswer, imu_assumptions, imu_rows, imu_tables
+from diff_encoder_sim.advice.imu_answer import ImuAnswer, imu_rows, imu_tables
 from diff_encoder_sim.advice.odometry_answer import share_within
 from diff_encoder_sim.advice.odometry_study import Advice, ListedEncoder
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
@@ -105,6 +105,10 @@ def _shown_budgets(advice: Advice) -> Dict[str, Budget]:
     for test, budgets in advice.budgets.items():
         counts = shown_counts(advice, list(budgets))
         titled[f'{test}, {Criterion.ODOMETRY.text}, {counts:g} counts'] = budgets[counts]
+    for answer in advice.imus:
+        for test, pair in answer.budgets.items():
+            about = f'{test}, {answer.counts:g} counts, {answer.wheels.name} wheels'
+            titled.update(zip((f'{about}, without {answer.name}', f'{about}, with {answer.name}'), pair))
     truth = advice.answers.get(Criterion.TRUTH)
     for tried in advice.tried:
         if tried.budget and truth and tried.encoder == truth.encoder:
@@ -137,16 +141,11 @@ def answers_text(advice: Advice) -> str:
     of_std = '; {:g} %: standard deviation of the ratio of the radii and of the separation, {}'
     stds = ''.join(of_std.format(100.0 * each.std, each.source) for each in advice.shown_wheels if each.std)
     lines = [*(f'{head}: {text}' for head, text in answer_rows(advice)), f'assumes {assumptions_text(advice)}{stds}']
-    return _filled(lines)
+    return filled(lines)
 
 
-def imu_text(advice: Advice) -> str:
-    """Return the answers for IMUs, and their assumptions, in lines that fit the terminal."""
-    lines = [f'{head}: {text}' for head, text in imu_rows(advice.imus)]
-    return _filled([*lines, f'assumes {imu_assumptions(advice.imus)}'])
-
-
-def _filled(lines: List[str]) -> str:
+def filled(lines: Sequence[str]) -> str:
+    """Wrap indented lines at the width of the terminal."""
     width = (os.isatty(1) and os.get_terminal_size().columns) or PIPE_COLUMNS
     kept = (re.sub(r'(?<=\d) (?=\S)', '\xa0', line) for line in lines)  # numbers stay with their units
     filled = (textwrap.fill(line, width, initial_indent='  ', subsequent_indent='    ') for line in kept)
@@ -217,8 +216,9 @@ def assumptions_text(advice: Advice) -> str:
     left_out = ['wheel spin'] * bool(robot.errors.slip.spin_travel)
     left_out += ['floor areas'] * any(draws.drive.requested.test.floor for draws in tests)
     without = f', without {" and ".join(left_out)}' if left_out else ''
-    imu = f'; {imu_assumptions(advice.imus)}' if advice.imus else ''
-    return f'{wheels}{without}; {drives}{tests[0].drive.origin}{imu}'
+    about = f'{wheels}{without}; {drives}{tests[0].drive.origin}'
+    rest = f'; with an IMU: {STANDSTILL_S:g} s at rest first, which determine the bias, and'
+    return about + (f'{rest} {advice.imus[0].draws} sampled drives' if advice.imus else '')
 
 
 def closed_form_text(advice: Advice) -> str:
@@ -239,14 +239,8 @@ def advice_json(advice: Advice) -> Dict[str, Any]:
         'robot': {'name': advice.robot, 'own_ppr': advice.own_counts},
         'requirement': requirement._asdict(),
         'wheels': advice.shown_wheels[0].name,
-        'answers': {**_answers(advice.answers), **_first_imu(advice, advice.shown_wheels[0])},
-        'answers_by_wheels': {
-            wheels.name: {
-                **_answers(advice.answers if wheels == advice.shown_wheels[0] else {Criterion.ODOMETRY: answer}),
-                **_first_imu(advice, wheels),
-            }
-            for wheels, answer in advice.by_wheels.items()
-        },
+        'answers': _answers(advice, advice.shown_wheels[0]),
+        'answers_by_wheels': {wheels.name: _answers(advice, wheels) for wheels in advice.by_wheels},
         'summary': summary(advice),
         'improvement': improvement_text(advice),
         'assumptions': assumptions_text(advice),
@@ -286,19 +280,13 @@ def _curve(errors_by_counts: Mapping[float, np.ndarray], requirement: Requiremen
     ]
 
 
-def _first_imu(advice: Advice, wheels: WheelQuality) -> Dict[str, Any]:
-    """Return the answer for the first IMU on these wheels; empty if there is none."""
-    first = next((_imu(answer, advice.requirement) for answer in advice.imus if answer.wheels == wheels), None)
-    return {'odometry_with_imu': {key: first[key] for key in OF_IMU}} if first else {}
-
-
 def _imu(answer: ImuAnswer, requirement: Requirement) -> Dict[str, Any]:
     """Return an answer; counts above those of any encoder are null."""
     lowest, *interval = _known(answer.smallest)
     return {
         'imu': answer.name,
         'wheels': answer.wheels.name,
-        'kind': Kind.NOT_THE_LIMIT if interval[0] is None else Kind.UNDECIDED if interval[1] is None else Kind.FROM,
+        'kind': Kind.FROM if interval[1] else Kind.UNDECIDED if interval[0] else Kind.NOT_THE_LIMIT,
         'smallest_ppr': lowest,
         'interval': interval,
         'text': str(answer),
@@ -322,8 +310,11 @@ def _known(counts: Sequence[float]) -> List[Optional[float]]:
     return [each if math.isfinite(each) else None for each in counts]
 
 
-def _answers(answers: Mapping[Criterion, Answer]) -> Dict[str, Any]:
-    return {
+def _answers(advice: Advice, wheels: WheelQuality) -> Dict[str, Any]:
+    """Return the answers for wheels, with that for the first IMU if there is one."""
+    answers = advice.answers if wheels == advice.shown_wheels[0] else {Criterion.ODOMETRY: advice.by_wheels[wheels]}
+    first = next((_imu(each, advice.requirement) for each in advice.imus if each.wheels == wheels), {})
+    found: Dict[str, Any] = {
         criterion: {
             'kind': answer.kind,
             'smallest_ppr': answer.counts,
@@ -339,6 +330,7 @@ def _answers(answers: Mapping[Criterion, Answer]) -> Dict[str, Any]:
         }
         for criterion, answer in answers.items()
     }
+    return {**found, 'odometry_with_imu': {key: first[key] for key in OF_IMU}} if first else found
 
 
 def _encoder(encoder: ListedEncoder) -> Dict[str, Any]:

@@ -256,23 +256,11 @@ def recorded(name: str, drive: Drive, robot: DrawnRobot) -> ErrorFreeDrive:
     ways_m, separation_m = angles_rad * robot.assumed[:2], float(robot.assumed[2])
     if not ways_m.any():
         raise ConfigError(f'--drive: {name}: the wheels do not turn')
-    end, base_end = (
-        Pose2D(*ends_of(ways_m[np.newaxis], separation_m, x_m)[0].tolist()) for x_m in (0.0, robot.axle_x_m)
-    )
+    end, base_end = (Pose2D(*_ends(ways_m[np.newaxis], separation_m, x_m)[0].tolist()) for x_m in (0.0, robot.axle_x_m))
     goal = {'goal': dict(zip(('x', 'y', 'yaw'), base_end))}
     test = TestDefinition.from_mapping({'name': name, 'world': 'none', 'route': [goal]}, '--drive')
     times_s = 1e-9 * (drive.stamps_ns - drive.stamps_ns[0])
     return ErrorFreeDrive(Trial(test=test, nav='embedded'), RolledDrive(times_s, ways_m, separation_m, end), RECORDED)
-
-
-class Runs(NamedTuple):
-    """Samples of some runs, from run `first`."""
-
-    first: int
-    amounts: Amounts
-    turned_rad: np.ndarray  # (draws, n, 2) wheel angles
-    phases_rad: np.ndarray  # (draws, 2) initial wheel angles
-    seed: int  # of the encoders
 
 
 class DriveDraws:
@@ -291,12 +279,12 @@ class DriveDraws:
         ahead_m = rng.uniform(-1.0, 1.0, (ENDS, 1)) * robot.stop.position_m * fractions
         swing_m = rng.uniform(-1.0, 1.0, (ENDS, 1)) * 0.5 * rolled.separation_m * robot.stop.yaw_rad * fractions
         self._ways_m = rolled.ways_m[rows] + np.stack([ahead_m - swing_m, ahead_m + swing_m], axis=-1)
-        self._ends = ends_of(self._ways_m, rolled.separation_m, robot.axle_x_m)
+        self._ends = _ends(self._ways_m, rolled.separation_m, robot.axle_x_m)
         self._stamps_ns = np.rint(1e9 * rolled.times_s[rows]).astype(np.int64)
         self._commands = np.diff(rolled.ways_m[rows], axis=0, prepend=0.0)
         axle = Pose2D(robot.axle_x_m, 0.0, 0.0)
         true_end = axle.compose(rolled.end).compose(axle.inverse())
-        self._contact_error = ends_of(rolled.ways_m[np.newaxis], rolled.separation_m, axle.x_m)[0] - np.array(true_end)
+        self._contact_error = _ends(rolled.ways_m[np.newaxis], rolled.separation_m, axle.x_m)[0] - np.array(true_end)
         self._contact_error[2] = wrap_angles(self._contact_error[2])
 
     def of(self, robot: DrawnRobot, exact: Optional[DriveDraws] = None) -> DriveDraws:
@@ -363,27 +351,26 @@ class DriveDraws:
         chosen = np.arange(first, first + draws) % ENDS
         turned_rad = self._turned(self._ways_m[chosen], first, amounts)
         reference = self._ends[chosen] - amounts.get(CONTACT, 0.0) * self._contact_error
-        phases_rad = self._generator(f'phases_{first}').uniform(0.0, 2.0 * math.pi, (draws, 2))
-        seed = int(self._generator(f'encoders_{first}').integers(2**31))
-        runs = Runs(first, amounts, turned_rad, phases_rad, seed)
-        return [self._in_map(self._estimated(encoder, runs) - reference) for encoder in encoders]
+        return [self._in_map(self._estimated(encoder, turned_rad, first, amounts) - reference) for encoder in encoders]
 
-    def _estimated(self, encoder: Optional[EncoderParams], runs: Runs) -> np.ndarray:
-        """Return the (draws, 3) final poses of odometry."""
+    def _estimated(
+        self, encoder: Optional[EncoderParams], turned_rad: np.ndarray, first: int, amounts: Amounts
+    ) -> np.ndarray:
+        """Return the (draws, 3) final poses by odometry; the errors of wheels are in the angles `turned_rad`."""
         if encoder is None:
             odometry = self.robot.odometry
-            radii_m = odometry.wheel_diameter.radii_m
-            return ends_of(runs.turned_rad, odometry.wheel_separation, odometry.axle_x, radii_m)
-        return self._reports(encoder, runs).final_poses
+            return _ends(turned_rad, odometry.wheel_separation, odometry.axle_x, odometry.wheel_diameter.radii_m)
+        return self._reports(encoder, turned_rad, first).final_poses
 
-    def _reports(self, encoder: EncoderParams, runs: Runs) -> ChainRun:
+    def _reports(self, encoder: EncoderParams, turned_rad: np.ndarray, first: int) -> ChainRun:
         """Read the counters at all rows, without delays."""
-        read = {'report': PROMPT, 'counter_modulus': 0, 'velocity_method': 'M', 'seed': runs.seed}
+        phases_rad = self._generator(f'phases_{first}').uniform(0.0, 2.0 * math.pi, (len(turned_rad), 2))
+        seed = int(self._generator(f'encoders_{first}').integers(2**31))
+        read = {'report': PROMPT, 'counter_modulus': 0, 'velocity_method': 'M', 'seed': seed}
         known = {'ppr': encoder.ppr, 'encoder': encoder.encoder, 'counter_modulus': 0}
-        rows, drive = np.arange(len(self._stamps_ns)), Drive(self._stamps_ns, runs.turned_rad)
-        odometry = self.robot.odometry.model_copy(update=known)
-        chain = Chain(encoder.model_copy(update=read), odometry, len(runs.phases_rad))
-        return chain.run(drive, runs.phases_rad, self._commands, rows)
+        rows, odometry = np.arange(len(self._stamps_ns)), self.robot.odometry.model_copy(update=known)
+        chain = Chain(encoder.model_copy(update=read), odometry, len(phases_rad))
+        return chain.run(Drive(self._stamps_ns, turned_rad), phases_rad, self._commands, rows)
 
     def _in_map(self, errors: np.ndarray) -> np.ndarray:
         """Rotate (..., 3) errors from the axes of the start to those of the map, and wrap the heading."""
@@ -424,7 +411,7 @@ def _walks(variances: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return np.asarray(np.cumsum(np.sqrt(variances) * rng.standard_normal(variances.shape), axis=1))
 
 
-def ends_of(
+def _ends(
     turned: np.ndarray, wheel_separation_m: float, axle_x_m: float, per_turned_m: Tuple[float, float] = (1.0, 1.0)
 ) -> np.ndarray:
     """Return the (draws, 3) final pose of the base relative to its start, from exact wheel angles."""

@@ -1,7 +1,7 @@
-"""Monte Carlo runs of one drive whose wheel counts are fused with a gyroscope.
+"""Monte Carlo runs of one drive whose wheel counts are fused with a gyroscope, after a standstill.
 
-The robot stands before it drives, which determines the bias. Rates are means over a report interval: their white noise
-has the variance N^2 / interval, the quantisation of the samples included. Misalignment has no effect on a plane.
+Rates are means over a report interval; the variance of their white noise is N^2 / interval, with the quantisation of
+the samples. Misalignment has no effect on a plane.
 """
 
 from __future__ import annotations
@@ -12,19 +12,11 @@ from typing import Any, List, Optional
 
 import numpy as np
 
-from diff_encoder_sim.advice.drive_draws import (
-    CONTACT,
-    ENDS,
-    IDEAL,
-    ROBOTS_CAUSES,
-    Amounts,
-    DrawnRobot,
-    DriveDraws,
-    Runs,
-    ends_of,
-)
+from diff_encoder_sim.advice import drive_draws
+from diff_encoder_sim.advice.drive_draws import Amounts, DrawnRobot, DriveDraws
 from diff_encoder_sim.base.imu import ImuParams
 from diff_encoder_sim.base.processes import usable_cores
+from diff_encoder_sim.base.se2 import poses_of_wheels
 from diff_encoder_sim.localization.fusion import FusionParams, WheelErrors, WheelGyroFilter
 from diff_encoder_sim.trials.robot_params import wheel_uncertainty
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -32,7 +24,7 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 STANDSTILL_S = 10.0  # before a drive
 GYROSCOPE = 'gyroscope'  # cause of errors
-FUSED_CAUSES: Amounts = {**ROBOTS_CAUSES, GYROSCOPE: 1.0}
+FUSED_CAUSES: Amounts = {**drive_draws.ROBOTS_CAUSES, GYROSCOPE: 1.0}
 
 
 class FusedDraws(DriveDraws):
@@ -41,57 +33,50 @@ class FusedDraws(DriveDraws):
     def __init__(self, draws: DriveDraws, imu: ImuParams, rate_hz: float) -> None:
         """Use the drive, the robot and the seed of `draws`, and reports of counts and rates at `rate_hz`."""
         rolled, rate_hz = draws.drive.rolled, min(rate_hz, imu.rate)
-        reports = max(1, round((STANDSTILL_S + rolled.times_s[-1]) * rate_hz))
-        times_s = np.arange(reports + 1) / rate_hz
+        times_s = np.arange(1 + max(1, round((STANDSTILL_S + rolled.times_s[-1]) * rate_hz))) / rate_hz
         columns = [np.interp(times_s - STANDSTILL_S, rolled.times_s, way_m) for way_m in rolled.ways_m.T]
         rolled = rolled._replace(times_s=times_s, ways_m=np.column_stack(columns))
-        super().__init__(draws.drive._replace(rolled=rolled, origin=IDEAL), draws.robot, draws.seed)  # with all rows
-        # A path whose heading is the integral of linearly interpolated rates at the rows, as the filter assumes.
-        before, here, after = (
-            np.pad(self._ways_m, ((0, 0), (1, 1), (0, 0)), 'edge')[:, first : first + reports + 1] for first in range(3)
-        )
-        self._ways_m = 0.25 * before + 0.5 * here + 0.25 * after
-        self._ends = ends_of(self._ways_m, rolled.separation_m, self.robot.axle_x_m)
-        speeds_mps = 0.5 * rate_hz * (after - before)
-        self._true_rates_radps = (speeds_mps[..., 1] - speeds_mps[..., 0]) / rolled.separation_m
-        self._gyroscope, self._interval_s = imu.gyroscope, 1.0 / rate_hz
-        density = math.sqrt(imu.gyroscope.noise_variance(imu.rate) / imu.rate)
+        drive = draws.drive._replace(rolled=rolled, origin=drive_draws.IDEAL)  # each row is a report
+        super().__init__(drive, draws.robot, draws.seed)
+        # Let the heading be the integral of linearly interpolated rates at the rows, as the filter assumes.
+        padded_m = np.pad(self._ways_m, ((0, 0), (1, 1), (0, 0)), 'edge')
+        before_m, after_m = padded_m[:, :-2], padded_m[:, 2:]
+        left_mps, right_mps = np.moveaxis(0.5 * rate_hz * (after_m - before_m), 2, 0)
+        self._true_rates_radps = (right_mps - left_mps) / rolled.separation_m
+        self._ways_m = 0.25 * (before_m + 2.0 * self._ways_m + after_m)
+        self._ends = poses_of_wheels(self._ways_m, 1.0, 1.0, rolled.separation_m, self.robot.axle_x_m, True)[:, -1]
+        self._interval_s, density = 1.0 / rate_hz, math.sqrt(imu.gyroscope.noise_variance(imu.rate) / imu.rate)
         averaged = imu.gyroscope.model_copy(update={'noise_density': density, 'resolution': 0.0})
-        self._averaged = ImuParams(gyroscope=averaged, rate=rate_hz)
+        self._imu = ImuParams(gyroscope=averaged, rate=rate_hz)
 
     @property
     def causes(self) -> List[str]:
         """Return the causes of errors, except the encoder's."""
-        return [*(cause for cause in super().causes if cause != CONTACT), GYROSCOPE]
+        return [*super().causes, GYROSCOPE]
 
-    def yaw_rates_radps(self, runs: Runs) -> np.ndarray:
+    def rates_radps(self, first: int, draws: int, amounts: Amounts) -> np.ndarray:
         """Sample the (draws, n) rates of the gyroscope at the rows."""
-        sensor, rng, interval_s = self._gyroscope, self._generator(f'gyroscope_{runs.first}'), self._interval_s
-        amount, draws = runs.amounts.get(GYROSCOPE, 0.0), len(runs.phases_rad)
-        rates_radps = self._true_rates_radps[np.arange(runs.first, runs.first + draws) % ENDS]
-        rows = rates_radps.shape[1]
-        scales, biases = (
-            sensor.scale_error * rng.standard_normal((draws, 1)),
-            sensor.bias * rng.standard_normal((draws, 1)),
-        )
-        noise = self._averaged.gyroscope.noise_density / math.sqrt(interval_s) * rng.standard_normal((draws, rows))
-        kept = math.exp(-interval_s / sensor.bias_time)
-        drift = sensor.bias_drift * rng.standard_normal((rows, draws))
-        drift[1:] *= math.sqrt(1.0 - kept**2)
-        for row in range(1, rows):
-            drift[row] += kept * drift[row - 1]
-        rates_radps += amount * (scales * rates_radps + biases + drift.T + noise)
+        sensor, rng, amount = self._imu.gyroscope, self._generator(f'gyroscope_{first}'), amounts.get(GYROSCOPE, 0.0)
+        rates_radps = self._true_rates_radps[np.arange(first, first + draws) % drive_draws.ENDS]
+        scales, biases = (std * rng.standard_normal((draws, 1)) for std in (sensor.scale_error, sensor.bias))
+        errors = biases + sensor.noise_density / math.sqrt(self._interval_s) * rng.standard_normal(rates_radps.shape)
+        kept, drift = math.exp(-self._interval_s / sensor.bias_time), sensor.bias_drift * rng.standard_normal(draws)
+        for row, normals in enumerate(rng.standard_normal(rates_radps.T.shape)):
+            errors[:, row] += drift
+            drift = kept * drift + sensor.bias_drift * math.sqrt(1.0 - kept**2) * normals
+        rates_radps += amount * (scales * rates_radps + errors)
         return np.asarray(np.clip(rates_radps, -sensor.range or -np.inf, sensor.range or np.inf))
 
-    def _estimated(self, encoder: Optional[EncoderParams], runs: Runs) -> np.ndarray:
-        if encoder is None:
-            raise ValueError('an encoder is needed, as its counts set the gains of the filter')
-        reports, rates = self._reports(encoder, runs), self.yaw_rates_radps(runs)
-        wheels, stamps_ns = assumed_wheels(self.robot, reports.odometry), self._stamps_ns
-        fusion = WheelGyroFilter(FusionParams(), wheels, self._averaged)
+    def _estimated(
+        self, encoder: Optional[EncoderParams], turned_rad: np.ndarray, first: int, amounts: Amounts
+    ) -> np.ndarray:
+        assert encoder is not None, 'its counts set the gains of the filter'
+        reports = self._reports(encoder, turned_rad, first)
+        rates = self.rates_radps(first, len(turned_rad), amounts)
+        fusion = WheelGyroFilter(FusionParams(), assumed_wheels(self.robot, reports.odometry), self._imu)
 
         def end(draw: int) -> Any:
-            return fusion.run(stamps_ns, rates[draw], stamps_ns, reports.counts[draw]).pose[-1]
+            return fusion.run(self._stamps_ns, rates[draw], self._stamps_ns, reports.counts[draw]).pose[-1]
 
         with ThreadPoolExecutor(usable_cores()) as pool:
             return np.stack(list(pool.map(end, range(len(rates)))))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import tempfile
 from pathlib import Path
@@ -210,6 +209,7 @@ class Advice(NamedTuple):
     stopping: Dict[str, Dict[str, StopSpread]]  # upper bounds in closed form, by encoder and cause
     tried: Sequence[TriedEncoder] = ()
     encoders: Sequence[ListedEncoder] = ()
+    curves_by_wheels: Sequence[OdometryCurves] = ()  # of the shown wheels
     imus: Sequence[ImuAnswer] = ()  # by shown wheels, then by IMU
 
     @property
@@ -283,7 +283,9 @@ def study_odometry(robot: AdvisedRobot, tests: TestsByWheels, requirement: Requi
     left_m, right_m, separation_m = robot.tests[0].robot.assumed.tolist()
     geometry, odometry = RobotGeometry(left_m + right_m, separation_m), {Criterion.ODOMETRY: by_wheels[shown[0]]}
     about = robot.name, robot.own_counts, requirement, studied[shown[0]][0], geometry
-    return Advice(*about, shown, odometry, by_wheels, {}, {})
+    return Advice(
+        *about, shown, odometry, by_wheels, {}, {}, curves_by_wheels=[curves for curves, _ in studied.values()]
+    )
 
 
 def with_all_wheels(advice: Advice, robot: AdvisedRobot, tests: TestsByWheels) -> Advice:
@@ -299,32 +301,26 @@ def with_all_wheels(advice: Advice, robot: AdvisedRobot, tests: TestsByWheels) -
 USUAL_COUNTS = 90.0  # of the answers for IMUs, of a robot without an encoder
 
 
-def with_imus(
-    advice: Advice, robot: AdvisedRobot, tests: TestsByWheels, imus: Mapping[str, ImuParams], ppr: Sequence[float]
-) -> Advice:
-    """Return the advice with answers by IMU for the shown wheels, also at the counts `ppr` or the robot's own.
-
-    The first IMU has budgets on the shown wheels that are not exact, if any.
-    """
+def with_imus(advice: Advice, imus: Mapping[str, ImuParams], rate_hz: float, ppr: Sequence[float]) -> Advice:
+    """Return the advice with answers by IMU, also at the counts `ppr`; the first has budgets, on imperfect wheels."""
     counts, found, requirement = [*ppr] or [advice.own_counts or USUAL_COUNTS], [], advice.requirement
     budgeted = max(advice.shown_wheels, key=lambda each: each != EXACT), next(iter(imus))
-    for wheels, (name, imu) in itertools.product(advice.shown_wheels, imus.items()):
-        curves, has_budgets = OdometryCurves(tests[wheels], _free(robot.encoder)), (wheels, name) == budgeted
-        found.append(imu_answer(name, imu, wheels, curves, requirement, robot.encoder.rate, counts, has_budgets))
+    for wheels, curves in zip(advice.shown_wheels, advice.curves_by_wheels):
+        for name, imu in imus.items():
+            found.append(
+                imu_answer(name, imu, wheels, curves, requirement, rate_hz, counts, (wheels, name) == budgeted)
+            )
     return advice._replace(imus=found)
-
-
-def _free(encoder: EncoderParams) -> EncoderParams:
-    """Return an encoder whose counts `ppr` sets: an ideal one, if the datasheet sets those of this one."""
-    has_own = encoder.encoder.counts_per_wheel_turn is not None
-    return encoder.model_copy(update={'encoder': IDEAL_ENCODER}) if has_own else encoder
 
 
 def _curves_and_answer(
     robot: AdvisedRobot, tests: List[DriveDraws], requirement: Requirement, has_limits: bool
 ) -> Tuple[OdometryCurves, Answer]:
     """Return the curves and the answer; `has_limits` names errors of real encoders, unless the wheels are the limit."""
-    candidates, curves = robot.candidates, OdometryCurves(tests, _free(robot.encoder))
+    candidates, params = robot.candidates, robot.encoder
+    if params.encoder.counts_per_wheel_turn is not None:  # so that ppr sets the counts
+        params = params.model_copy(update={'encoder': IDEAL_ENCODER})
+    curves = OdometryCurves(tests, params)
     answer = odometry_answer.odometry_answer(curves, requirement)
     chosen = recommended(candidates, answer, tests, requirement)
     if chosen:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Optional
+from typing import Optional
 
 import numpy as np
 
@@ -53,19 +53,16 @@ def heading_std_rad(wheel_travel_m: np.ndarray, m_per_pulse: float, wheel_separa
 def gyro_heading_std_rad(imu: ImuParams, standstill_s: float, time_s: np.ndarray) -> np.ndarray:
     """Compute the standard deviations (n,) of the heading by a gyroscope, (n,) seconds t after a standstill T.
 
-    The bias is the mean rate at rest. White noise of density N makes the variance N^2 t (1 + t / T). The drift of the
-    bias is a Gauss-Markov process of standard deviation s and time constant c; the variance of its integral is
-    f(t) = 2 s^2 c^2 (t / c - 1 + exp(-t / c)). A turn adds its angle times the scale error.
+    The bias is the mean rate at rest. White noise of density N makes the variance N^2 t (1 + t / T), the Gauss-Markov
+    drift of the bias, of standard deviation s and time constant c, f(t) + (t / T)^2 f(T) less twice their covariance,
+    with f(t) = 2 s^2 c^2 (t / c - 1 + exp(-t / c)). A turn adds its angle times the scale error.
     """
-    drift, constant_s, ratio = imu.gyroscope.bias_drift, imu.gyroscope.bias_time, time_s / standstill_s
-
-    def grown(seconds: Any) -> Any:
-        return np.expm1(-seconds / constant_s)
-
-    of_drive, of_rest = (2.0 * (each / constant_s + grown(each)) for each in (time_s, standstill_s))
-    drifts = of_drive + ratio**2 * of_rest - 2.0 * ratio * grown(time_s) * grown(standstill_s)
+    constant_s, ratio = imu.gyroscope.bias_time, time_s / standstill_s
+    grown, grown_at_rest = np.expm1(-time_s / constant_s), math.expm1(-standstill_s / constant_s)
+    drift = time_s / constant_s + grown + ratio**2 * (standstill_s / constant_s + grown_at_rest)
+    drift = 2.0 * (imu.gyroscope.bias_drift * constant_s) ** 2 * (drift - ratio * grown * grown_at_rest)
     white = imu.gyroscope.noise_variance(imu.rate) / imu.rate
-    return np.asarray(np.sqrt(white * time_s * (1.0 + ratio) + (drift * constant_s) ** 2 * drifts))
+    return np.asarray(np.sqrt(white * time_s * (1.0 + ratio) + drift))
 
 
 def wheels_heading_std_rad(
@@ -83,13 +80,13 @@ def wheels_heading_std_rad(
 
 
 def crossover_counts(robot: RobotGeometry, gyro_std_rad: np.ndarray, wheels_std_rad: np.ndarray) -> np.ndarray:
-    """Compute the counts per revolution (n,) with which the headings by wheels and gyroscope are equally uncertain.
+    """Compute the counts per revolution (n,) with which encoder and gyroscope are equally uncertain of the heading.
 
-    `wheels_std_rad` is without quantisation (`ppr` infinite). Infinite if the gyroscope is better than any encoder.
+    `wheels_std_rad` is without quantisation. Infinite if the gyroscope is better than any encoder.
     """
-    rest_rad = np.sqrt(3.0 * np.maximum(np.square(gyro_std_rad) - np.square(wheels_std_rad), 0.0))
-    with np.errstate(divide='ignore'):
-        return np.asarray(math.pi * robot.wheel_diameter_m / (robot.wheel_separation_m * rest_rad))
+    rest_rad = np.sqrt(3.0 * np.maximum(np.square(gyro_std_rad) - np.square(wheels_std_rad), 1e-30))
+    counts = math.pi * robot.wheel_diameter_m / robot.wheel_separation_m / rest_rad
+    return np.where(np.greater(gyro_std_rad, wheels_std_rad), counts, np.inf)
 
 
 def wheel_travel_m(requested: Trial, robot: RobotGeometry, true_minus_goal: np.ndarray) -> Optional[np.ndarray]:

@@ -14,6 +14,7 @@ from typing import Any, Dict, Iterator, List, Mapping, Optional
 from diff_encoder_sim.advice import advice_tables as tables
 from diff_encoder_sim.advice.answers import Criterion, Requirement
 from diff_encoder_sim.advice.encoder_search import FORGIVEN, fewest_trials
+from diff_encoder_sim.advice.imu_answer import imu_rows
 from diff_encoder_sim.advice.odometry_study import (
     BUDGET_COUNTS,
     Advice,
@@ -80,8 +81,9 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     print(f'  the same in closed form, for quantisation only: {tables.closed_form_text(advice)}', flush=True)
     print(f'{as_called("advise")}: first answer after {time.monotonic() - began_s:.1f} s', file=sys.stderr)
     if imus:
-        advice = with_imus(advice, robot, by_wheels, imus, options.ppr or ())
-        print(tables.imu_text(advice), flush=True)
+        advice = with_imus(advice, imus, robot.encoder.rate, options.ppr or ())
+        texts = [f'{head}: {text}' for head, text in imu_rows(advice.imus)]
+        print(tables.filled([*texts, f'assumes {tables.assumptions_text(advice)}']), flush=True)
     advice = with_all_wheels(advice, robot, by_wheels)
     if campaign and options.has_trials:
         name_stopping('advise', campaign, requirement.position_m, options.yaw_tolerance)

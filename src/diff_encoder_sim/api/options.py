@@ -185,9 +185,7 @@ class AdviceOptions(WheelOptions, RunOptions):
     tests: Optional[Sequence[str]] = option(None, TESTS, 'TEST')
     ppr: Optional[Sequence[float]] = option(None, 'ideal encoders, counts per wheel turn', 'N', PULSES_PER_TURN)
     encoders: Optional[Sequence[str]] = option(None, ENCODERS, 'NAME|FILE')
-    imu: Sequence[str] = option(
-        (), 'fuse odometry with IMUs: bno055, mpu6050, ... (files of config/imu/), or .yaml files', 'NAME|FILE'
-    )
+    imu: Sequence[str] = option((), 'fused with the wheels: bno055, ... (config/imu/), or .yaml files', 'NAME|FILE')
     candidates: str = option('sweep', 'campaign file with the default tests and candidates', 'NAME|FILE')
     trials: Optional[int] = option(
         None, 'per test and tested candidate (default: as many as allow two failures, 39 for 80 %%)', 'N', TRIALS

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from advised_robots import LIMITED, REACH, whole_advice
+from advised_robots import LIMITED, REACH, advice_with_imus, whole_advice
 from diff_encoder_sim.advice.advice_page import advice_charts, write_page
 from diff_encoder_sim.advice.advice_tables import VERSION, advice_json, advice_tables, answers_text, shown_counts
 from diff_encoder_sim.advice.odometry_study import with_budgets
@@ -152,3 +152,28 @@ def test_the_documentation_names_all_keys(content):
     parts = {f'{name}[]': content[name][0] for name in ('trials', 'encoders')}
     parts['answers.<criterion>'] = content['answers']['truth']
     assert {f'{part}.{name}' for part, names in parts.items() for name in names} <= documented
+
+
+def test_imus_are_in_page_tables_and_json(tmp_path):
+    advice = advice_with_imus()
+    page = page_of(advice, tmp_path)
+    assert 'id="chart-heading"' in page and '<dt>odometry with exact wheels and stim300</dt>' in page
+    assert 'id="chart-heading"' not in page_of(whole_advice(), tmp_path)
+    titles = [table.title for table in advice_tables(advice)]
+    assert 'Counts with an IMU, and without: exact wheels' in titles
+    assert [title.rpartition(', ')[2] for title in titles if 'exact wheels, ' in title] == [
+        'without stim300',
+        'with stim300',
+    ]
+    bands = [row for row in rows_with('low', advice) if row['axis'] == 'across' and row['IMU'] == 'bno055']
+    assert all(row['low'] <= row['error'] <= row['high'] for row in bands) and len(bands) == 7
+    content = json.loads(json.dumps(advice_json(advice), allow_nan=False))
+    first = content['answers']['odometry_with_imu']
+    assert (first['imu'], first['kind'], first['smallest_ppr']) == ('stim300', 'from', 10.0)
+    assert [each['imu'] for each in content['imus']] == ['stim300', 'bno055']
+    text = (ROOT / 'docs' / 'advice_keys.csv').read_text(encoding='utf-8')
+    documented = set(re.findall(r'^`([^`]+)`,', text, re.MULTILINE))
+    assert {f'imus[].{key}' for key in content['imus'][0]} <= documented
+    assert f'answers.{"odometry_with_imu"}' in documented
+    (curve,) = content['imus'][0]['curves'].values()
+    assert curve[3]['ppr'] == 90.0 and curve[3]['equal_interval'][0] <= curve[3]['equal_ppr']

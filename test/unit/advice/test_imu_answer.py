@@ -7,7 +7,7 @@ import pytest
 
 from diff_encoder_sim.advice import imu_answer as module
 from diff_encoder_sim.advice.answers import Requirement
-from diff_encoder_sim.advice.drive_draws import CONTACT, SEPARATION, DriveDraws, Runs
+from diff_encoder_sim.advice.drive_draws import CONTACT, SEPARATION, DriveDraws
 from diff_encoder_sim.advice.fused_draws import FUSED_CAUSES, GYROSCOPE, STANDSTILL_S, FusedDraws
 from diff_encoder_sim.advice.imu_answer import Estimate, imu_answer
 from diff_encoder_sim.advice.odometry_answer import QUANTISATION, OdometryCurves
@@ -36,8 +36,8 @@ def heading_rms(errors):
 @pytest.mark.parametrize('name', IMUS)
 def test_integrated_rates_drift_by_the_closed_form(name):
     draws = draws_of(('straight', 10.0))
-    fused, none = FusedDraws(draws, IMUS[name], RATE_HZ), np.zeros((500, 2))
-    rates, true_rates = (fused.yaw_rates_radps(Runs(0, each, none, none, 0)) for each in (FUSED_CAUSES, {}))
+    fused = FusedDraws(draws, IMUS[name], RATE_HZ)
+    rates, true_rates = (fused.rates_radps(0, 500, each) for each in (FUSED_CAUSES, {}))
     errors = rates - true_rates
     at_rest = round(STANDSTILL_S * RATE_HZ)
     drift_rad = (errors[:, at_rest:] - errors[:, :at_rest].mean(axis=1, keepdims=True)).sum(axis=1) / RATE_HZ

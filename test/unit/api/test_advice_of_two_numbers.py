@@ -2,13 +2,14 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
-from diff_encoder_sim.advice import odometry_answer, odometry_study
+from diff_encoder_sim.advice import imu_answer, odometry_answer, odometry_study
 from diff_encoder_sim.advice.answers import Requirement
 from diff_encoder_sim.api.options import AdviceOptions
 from diff_encoder_sim.api.recorded_advice import robot_of_numbers
@@ -118,6 +119,20 @@ def test_many_turns_are_as_good_as_few():
     assert within[1] == pytest.approx(within[0], abs=0.02)
 
 
+def test_an_imu_replaces_the_calibration_on_a_straight_line(capsys, monkeypatch):
+    monkeypatch.setattr(imu_answer, 'MOST_DRAWS', 50)
+    advice = advise('--turns', '0', '--wheels', 'calibrated', '--imu', 'mpu6050')
+    plain, fused = (advice['answers'][key] for key in ('odometry', 'odometry_with_imu'))
+    assert (plain['kind'], fused['kind'], fused['imu']) == ('not_the_limit', 'from', 'mpu6050')
+    assert fused['smallest_ppr'] < 40.0 and fused['text'].endswith('better than any without IMU over 10 m in 23 s')
+    (budgets,) = advice['imus'][0]['budgets'].values()
+    without, with_imu = (budgets[key]['parts']['wheel radius']['across'] for key in ('without', 'with'))
+    assert abs(with_imu['variance']) < 0.01 * without['variance']
+    printed = ' '.join(capsys.readouterr().out.split())
+    assert 'with an IMU: 10 s at rest first, which determine the bias, and 50 sampled drives' in printed
+    assert re.search(r'errors with mpu6050: wheel radius in 10 m straight: [0-9.]+ mm instead of 0.11 m', printed)
+
+
 def test_good_wheels_need_no_improvement():
     advice = advise('--distance', '1')
     exact, calibrated = (advice['answers_by_wheels'][name]['odometry'] for name in ('exact', 'calibrated'))
@@ -137,6 +152,10 @@ def test_good_wheels_need_no_improvement():
         (['--turns', '2'], '--turns: given without --wheel-diameter; expected --wheel-diameter and --wheel-sep'),
         (['--wheel-diameter', '-0.2', *NUMBERS[2:]], "argument --wheel-diameter: given '-0.2'; allowed: 0.001 to 100"),
         ([*NUMBERS, '--distance', '-1'], "argument --distance: given '-1'; allowed: 0.1 to 1000"),
+        ([*NUMBERS, '--imu'], 'argument --imu: expected at least one argument'),
+        ([*NUMBERS, '--imu', 'bno'], "imu: given 'bno'; allowed: bmi088, bno055, mpu6050, stim300, or a .yaml file"),
+        ([*NUMBERS, '--imu', 'no.yaml'], "imu: given 'no.yaml'; allowed: bmi088"),
+        ([*NUMBERS, '--imu', 'bno055', 'bno055'], "--imu: given 'bno055' twice; allowed: each IMU once"),
         ([*NUMBERS, '--wheels', 'good'], "argument --wheels: invalid choice: 'good'"),
     ],
 )
