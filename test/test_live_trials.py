@@ -12,6 +12,7 @@ from diff_encoder_sim.simulation.link_frames import LinkFrames, display_urdf
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from launched_graph import DATA, ROOT, Graph, complaints, messages_of, require_ros
 from lockstep_trials import ALTO, plan_of, run_trial
+from node_interfaces import FUSED, check_interfaces
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(180)]
 
@@ -43,6 +44,8 @@ def drive_both_ways(folder, config, imu='none', fusion='none'):
         trial = ROOT / 'launch' / 'trial.launch'
         of_imu = f'imu:={imu}', f'fusion:={fusion}'
         launch = graph.launch(trial, *files, 'nav:=scripted', 'rtf:=0', f'trial:={NUMBER}', *of_imu)
+        if fusion != 'none':
+            check_interfaces(graph, launch, FUSED)
         assert launch.wait() == 0, launch.output()
         assert graph.is_gone(), 'it left processes behind'
         # Each wait that ended without its message would be warned of.

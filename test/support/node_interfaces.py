@@ -30,7 +30,7 @@ NAVIGATED = (
     *('map_server', 'amcl', 'move_base', 'navigation_trial_node', 'record_trial', 'trial_view_node'),
 )
 MAPPING = ('ideal_odom_node', 'scripted_drive_node', 'slam_gmapping', 'simulator_node')
-FUSED = ('odometry_fusion_node', 'gz_diff_odom_node')
+FUSED = ('odometry_fusion_node',)  # the wheels' then has no /tf
 REPLAY = ('replay_node', 'gz_diff_encoder_node', 'gz_diff_odom_node')
 
 
