@@ -33,8 +33,8 @@ class Estimate(NamedTuple):
     high: float
 
     def __str__(self) -> str:
-        texts = [f'{rounded(each, 3):g}' if each <= MOST_COUNTS else 'any' for each in self]
-        return 'any' if self.low > MOST_COUNTS else '{} ({} to {})'.format(*texts)
+        counts, low, high = (f'{rounded(each, 3):g}' if each <= MOST_COUNTS else 'any' for each in self)
+        return f'{counts} ({low} to {high})' if counts != 'any' else 'any' if low == 'any' else f'at least {low}'
 
 
 class FusedCurve(NamedTuple):
@@ -68,7 +68,7 @@ class ImuAnswer(NamedTuple):
         if high > COUNTS[-1]:
             enough = 'the success rate is near the required one with any counts'
             enough = f'even {COUNTS[-1]:g} counts do not suffice' if low > COUNTS[-1] else enough
-        elif low <= COUNTS[0]:
+        elif high <= COUNTS[0]:
             enough = f'{high:g} counts per wheel turn suffice'
         else:
             enough = f'at least {lowest:g} counts per wheel turn (between {low:g} and {high:g})'

@@ -307,9 +307,10 @@ def _process_rate(filter_: Any, model: Any, stamp_ns: int, rate_radps: float) ->
     if not _advance(filter_, model, stamp_ns):
         return
     mean, slopes, variance = filter_.mean, np.zeros(STATES), model.rate_variance
-    # By the measured rate: a hard acceleration changes the rate by much within a sample.
-    slopes[OMEGA], slopes[BIAS], slopes[SCALE] = 1.0 + mean[SCALE], 1.0, rate_radps - mean[BIAS]
-    _correct(filter_, slopes, rate_radps - slopes[OMEGA] * mean[OMEGA] - mean[BIAS], variance)
+    error = rate_radps - (1.0 + mean[SCALE]) * mean[OMEGA] - mean[BIAS]
+    is_ramp = error**2 > TURNING_STD**2 * variance  # a hard acceleration: the speed is not the predicted one
+    slopes[OMEGA], slopes[BIAS], slopes[SCALE] = 1.0 + mean[SCALE], 1.0, mean[OMEGA] + error * is_ramp
+    _correct(filter_, slopes, error, variance)
     rates, off_radps = filter_.rates, rate_radps - filter_.mean_rate_radps
     if rates > RATES_OF_MEAN and off_radps**2 > TURNING_STD**2 * variance * (1.0 + 1.0 / rates):
         filter_.is_turning = 1
