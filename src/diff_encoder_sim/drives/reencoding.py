@@ -41,7 +41,6 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 # The truth, and how a trial ended: copied as they are, with the node that published them.
 COPIED = {topics.WORLD_POSE: topics.WORLD_POSE_NODE, topics.TRIAL_RESULT: topics.NAVIGATION_TRIAL_NODE}
 
-FusedReport = Tuple[int, OdometryEstimate]
 FUSED_RATE_HZ = 1000.0  # each report
 MOST_FUSED_DRAWS = 20
 FEW_REPORTS = 5000  # importing numba takes as long as the odometry of this many reports without it
@@ -151,7 +150,7 @@ class Encoder(NamedTuple):
         """Return the name in tables."""
         return f'{self.chosen.label} fused' if self.imu else self.chosen.label
 
-    def fused(self, read: ReadDrive, times_ns: List[int], run: ChainRun) -> List[FusedReport]:
+    def fused(self, read: ReadDrive, times_ns: List[int], run: ChainRun) -> List[Tuple[int, OdometryEstimate]]:
         """Return the fused odometry of reports with times of recording, with the times at which it is due."""
         if self.imu is None or not times_ns:
             return []

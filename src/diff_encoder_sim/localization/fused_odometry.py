@@ -54,11 +54,10 @@ class FusedOdometry:
         self._pulses = PulseTotals(odometry.counter_limits)
         self._filter = WheelGyroFilter(params, wheel_errors(odometry), imu)
         self.slip = SlipDetector(params, wheel_errors(odometry), imu)
-        self._warned: Set[str] = set()
         self.reset()
 
     def reset(self) -> None:
-        """Return to pose zero; the next report is the start."""
+        """Return to pose zero; the next report is the start, and faults are reported again."""
         self._pulses.reset()
         self._filter.reset()
         self.slip.reset()
@@ -69,6 +68,7 @@ class FusedOdometry:
         self._rates_until_ns: Optional[int] = None  # reports before this time need no more rates
         self._has_gyro, self._is_bias_wrong = True, False
         self._estimate_ns = -1  # newest stamp
+        self._warned: Set[str] = set()
 
     def take_imu(self, stamp_ns: int, frame: str, yaw_rate_radps: float) -> List[OdometryEstimate]:
         """Process a sample, with the rate about the vertical axis; return the estimates that are due.
