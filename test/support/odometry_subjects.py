@@ -1,6 +1,7 @@
 """Odometry nodes without ROS for the conformance suite: this package's, and a simple one, right or with one fault."""
 
 import math
+from collections import deque
 from unittest import mock
 
 import numpy as np
@@ -282,6 +283,25 @@ class SimpleOdometry(InProcess):
         transforms = [transform] * {'transform twice': 2, 'no transform': 0}.get(self.wrong, 1)
         for _ in range(10 if self.wrong == 'ten times' else 1):
             self.publish(odometry, *transforms)
+
+
+class SlowConnection(SimpleOdometry):
+    """Its messages arrive one after the other, while the suite waits."""
+
+    def __init__(self, mapping, wheels, fault=''):
+        super().__init__(mapping, wheels, fault)
+        self.pending = deque()
+
+    def publish(self, odometry, *transforms):
+        self.pending.append((odometry, *transforms))
+
+    def wait(self, is_done, limit_s):
+        end_s = playing.time.monotonic() + limit_s
+        while not is_done() and playing.time.monotonic() < end_s:
+            playing.time.sleep(0.0002 if self.pending else 0.01)
+            if self.pending:
+                super().publish(*self.pending.popleft())
+        return is_done()
 
 
 def scaled_quaternion(odometry):

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """The simple odometry of odometry_subjects.py as a node, right or with one fault: wrong_odometry_node.py [FAULT]."""
 
+import queue
 import sys
 import threading
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -25,7 +27,8 @@ class WrongNode(SimpleOdometry):
 
     def __init__(self, fault):
         super().__init__(SimpleNamespace(reads_counts=rospy.get_param('~reads_counts', True)), Wheels(), fault)
-        self.kept = []
+        self.kept, self.late = [], queue.Queue()
+        threading.Thread(target=self.publish_late, daemon=True).start()
         self.start(Settings(int(rospy.get_param('~modulus')), rospy.get_param('~motion_noise')))
         self.odom = rospy.Publisher('/odom', Odometry, queue_size=1000, tcp_nodelay=True)
         self.tf = rospy.Publisher('/tf', TFMessage, queue_size=1000, tcp_nodelay=True)
@@ -43,9 +46,15 @@ class WrongNode(SimpleOdometry):
 
     def publish(self, odometry, *transforms):
         if self.wrong == 'late by 0.1 s':
-            threading.Timer(0.1, self.publish_now, (odometry, *transforms)).start()
+            self.late.put((time.monotonic() + 0.1, odometry, *transforms))
         else:
             self.publish_now(odometry, *transforms)
+
+    def publish_late(self):
+        while True:
+            due_s, *messages = self.late.get()
+            time.sleep(max(0.0, due_s - time.monotonic()))
+            self.publish_now(*messages)
 
     def publish_now(self, odometry, *transforms):
         for transform in transforms:

@@ -67,7 +67,7 @@ class Player:
         self._subject, self._mapping, self._wheels = subject, mapping, wheels
         self._period_ns = round(NANOSECONDS_PER_SECOND / mapping.rate)
         self._is_fast = mapping.pace == 'fast'
-        self._next_ns = (time.time_ns() // NANOSECONDS_PER_SECOND - HISTORY_S) * NANOSECONDS_PER_SECOND
+        self._next_ns = self._first_ns = (time.time_ns() // NANOSECONDS_PER_SECOND - HISTORY_S) * NANOSECONDS_PER_SECOND
         self._angles_rad = self._zero_rad = np.zeros(2)  # of the wheels; and those at which the counters are zero
         self._modulus = 0
         self._last: Optional[FramedPose] = None
@@ -159,9 +159,10 @@ class Player:
         odometry, samples = self._subject.odometry, self._samples
         if not self._is_fast:
             return len(odometry) > before
-        if are_answered and len(odometry) - self._begun == len(samples):
-            return True
         newest_ns, last_ns = encoded_stamp_ns(odometry[-1].content), samples[-1].stamp_ns
+        is_older = self._first_ns <= newest_ns < last_ns  # of a node that answers several times, and is behind
+        if are_answered and len(odometry) - self._begun == len(samples) and not is_older:
+            return True
         quiet_s = (time.monotonic_ns() - max(self._sent_ns[-1], odometry[-1].receipt_ns)) / NANOSECONDS_PER_SECOND
         is_newest = last_ns - (SETTLE_SAMPLES - 1) * self._period_ns <= newest_ns <= last_ns
         return quiet_s > (PAUSE_S if is_newest else SILENCE_S)

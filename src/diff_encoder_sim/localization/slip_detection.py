@@ -139,5 +139,5 @@ class SlipDetector:
         """Return the state; the warning covers the time since the last call."""
         slips, self._reported = self._slips - self._reported, self._slips
         warning = 'wheels slip: they turn the robot otherwise than the gyroscope' if slips or self.state[0] else ''
-        differences = {'difference of heading [rad]': self.state.difference_rad, 'limit [rad]': self.state.limit_rad}
-        return Diagnosis(warning, {'slips': self._slips, **differences})
+        _, difference_rad, limit_rad = self.state
+        return Diagnosis(warning, {'slips': self._slips, 'difference [rad]': difference_rad, 'limit [rad]': limit_rad})

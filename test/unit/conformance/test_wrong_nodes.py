@@ -9,7 +9,16 @@ from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.conformance.cases import plan
 from diff_encoder_sim.conformance.mapping import Wheels
 from diff_encoder_sim.conformance.verdicts import FAIL, MEASURES, NOT_APPLICABLE, judge
-from odometry_subjects import ANGLES, COUNTS, FAULTS, OurOdometry, SimpleOdometry, evidence_of, mapping_of
+from odometry_subjects import (
+    ANGLES,
+    COUNTS,
+    FAULTS,
+    OurOdometry,
+    SimpleOdometry,
+    SlowConnection,
+    evidence_of,
+    mapping_of,
+)
 
 SLOW = ('one hour', 'memory')  # cases that one test plays to right nodes only
 ROBOTS = {
@@ -57,6 +66,12 @@ def test_a_wrong_node_fails_exactly_its_clause(fault):
     rounds = quick_rounds(inputs, Wheels(), without)
     verdicts = judge(evidence_of(partial(SimpleOdometry, fault=fault), inputs, rounds=rounds))
     assert [*failed(verdicts)] == [clause], failed(verdicts)
+
+
+def test_a_node_that_answers_ten_times_is_judged_by_its_last_answer_to_a_case():
+    rounds = quick_rounds(COUNTS, Wheels(), SIMILAR)
+    verdicts = judge(evidence_of(partial(SlowConnection, fault='ten times'), rounds=rounds))
+    assert [*failed(verdicts)] == ['6.7'], failed(verdicts)
 
 
 @pytest.mark.long
