@@ -27,13 +27,6 @@ LARGEST_BIAS_STD = 5.0  # of the estimated bias, in standard deviations by the p
 MOST_WAITING = 1000  # rates; older ones are dropped
 
 
-def wheel_errors(odometry: OdometryParams) -> WheelErrors:
-    """Return the geometry that odometry assumes, and its uncertainty."""
-    std = odometry.geometry_std
-    geometry = std.distance, std.turn, std.diameter_difference, odometry.axle_x
-    return WheelErrors(odometry.m_per_pulse, odometry.wheel_separation, odometry.travel_variance, *geometry)
-
-
 class FusedOdometry:
     """Fuses reports of the counters and samples of an IMU; the first report is at pose zero.
 
@@ -52,8 +45,9 @@ class FusedOdometry:
         self._gyro_timeout_ns = round(params.gyro_timeout * NANOSECONDS_PER_SECOND)
         self._largest_bias_radps = LARGEST_BIAS_STD * math.hypot(imu.gyroscope.bias, imu.gyroscope.bias_drift)
         self._pulses = PulseTotals(odometry.counter_limits)
-        self._filter = WheelGyroFilter(params, wheel_errors(odometry), imu)
-        self.slip = SlipDetector(params, wheel_errors(odometry), imu)
+        geometry = odometry.m_per_pulse, odometry.wheel_separation, odometry.travel_variance
+        wheels = WheelErrors(*geometry, *odometry.geometry_std, odometry.axle_x)
+        self._filter, self.slip = WheelGyroFilter(params, wheels, imu), SlipDetector(params, wheels, imu)
         self.reset()
 
     def reset(self) -> None:
