@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, List, Optional
+from typing import List, Optional
 
 import numpy as np
 
@@ -74,12 +74,12 @@ class FusedDraws(DriveDraws):
         reports = self._reports(encoder, turned_rad, first)
         rates = self.rates_radps(first, len(turned_rad), amounts)
         fusion = WheelGyroFilter(FusionParams(), assumed_wheels(self.robot, reports.odometry), self._imu)
-
-        def end(draw: int) -> Any:
-            return fusion.run(self._stamps_ns, rates[draw], self._stamps_ns, reports.counts[draw]).pose[-1]
-
+        stamps_ns, counts = self._stamps_ns, reports.counts
         with ThreadPoolExecutor(usable_cores()) as pool:
-            return np.stack(list(pool.map(end, range(len(rates)))))
+            ends = pool.map(
+                lambda each: fusion.run(stamps_ns, each[0], stamps_ns, each[1]).pose[-1], zip(rates, counts)
+            )
+            return np.stack(list(ends))
 
 
 def assumed_wheels(robot: DrawnRobot, odometry: OdometryParams) -> WheelErrors:

@@ -65,13 +65,13 @@ class ImuAnswer(NamedTuple):
 
     def __str__(self) -> str:
         lowest, low, high = (rounded(each, 3) for each in self.smallest)
-        if high > COUNTS[-1]:
-            enough = 'the success rate is near the required one with any counts'
-            enough = f'even {COUNTS[-1]:g} counts do not suffice' if low > COUNTS[-1] else enough
-        elif high <= COUNTS[0]:
+        enough = f'at least {lowest:g} counts per wheel turn (between {low:g} and {high:g})'
+        if high <= COUNTS[0]:
             enough = f'{high:g} counts per wheel turn suffice'
-        else:
-            enough = f'at least {lowest:g} counts per wheel turn (between {low:g} and {high:g})'
+        elif low > COUNTS[-1]:
+            enough = f'even {COUNTS[-1]:g} counts do not suffice'
+        elif high > COUNTS[-1]:
+            enough = 'the success rate is near the required one with any counts'
         for curve in self.curves:
             equal, worth = curve.equal[self.counts], 'are not better than without IMU'
             if equal.low > self.counts:

@@ -2,15 +2,17 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
-from diff_encoder_sim.advice import odometry_answer, odometry_study
+from diff_encoder_sim.advice import imu_answer, odometry_answer, odometry_study
 from diff_encoder_sim.cli.advise import main
 from diff_encoder_sim.robots.wheel_quality import QUALITIES
 from drawn_drives import calibrated, rolled
+from places import ROOT
 
 TICKS = 100_000
 TABLE = ['--columns', 'ms', 'left', 'right', '--time-unit', 'ms', '--ticks-per-revolution', str(TICKS)]
@@ -49,6 +51,15 @@ def test_a_recorded_line_needs_the_counts_of_the_closed_form(capsys):
     assert advice['assumptions'] == 'exact wheels; no slip; line as recorded, repeated'
     assert f'assumes {advice["assumptions"]}' in ' '.join(capsys.readouterr().out.split())
     assert any(each['name'] == 'own of chair' for each in advice['encoders']) and advice['trials'] == []
+
+
+def test_a_recorded_drive_with_an_imu_from_a_file(monkeypatch):
+    monkeypatch.setattr(imu_answer, 'MOST_DRAWS', 50)
+    Path('mine.yaml').write_text((ROOT / 'config' / 'imu' / 'stim300.yaml').read_text(encoding='utf-8'))
+    advice = advise({'set': WHEELS}, '--imu', 'mine.yaml', '--ppr', '250')
+    fused = advice['answers']['odometry_with_imu']
+    assert (fused['imu'], fused['smallest_ppr']) == ('mine', 10.0) and '; 250 counts equal ' in fused['text']
+    assert 'as recorded, repeated; with an IMU: 10 s at rest first' in advice['assumptions']
 
 
 def test_slip_by_motion_is_in_the_answer_and_wheel_spin_named_as_left_out():
