@@ -76,9 +76,7 @@ class FusedDraws(DriveDraws):
         fusion = WheelGyroFilter(FusionParams(), assumed_wheels(self.robot, reports.odometry), self._imu)
         stamps_ns, counts = self._stamps_ns, reports.counts
         with ThreadPoolExecutor(usable_cores()) as pool:
-            ends = pool.map(
-                lambda each: fusion.run(stamps_ns, each[0], stamps_ns, each[1]).pose[-1], zip(rates, counts)
-            )
+            ends = pool.map(lambda run: fusion.run(stamps_ns, run[0], stamps_ns, run[1]).pose[-1], zip(rates, counts))
             return np.stack(list(ends))
 
 
