@@ -274,10 +274,13 @@ def _correct(filter_: Any, slopes: Array, error: float, variance: float) -> None
         variance += slopes[state] * gains[state]
     if variance <= 0.0:  # known exactly, of an ideal sensor
         return
+    distance_error, distance_variance = filter_.mean[DISTANCE], cov[DISTANCE, DISTANCE]
     for state in range(STATES):
         filter_.mean[state] += gains[state] * error / variance
         for other in range(STATES):
             cov[state, other] -= gains[state] * gains[other] / variance
+    # Nothing measures the error of distances: it is considered, and not estimated (Schmidt-Kalman filter).
+    filter_.mean[DISTANCE], cov[DISTANCE, DISTANCE] = distance_error, distance_variance
 
 
 @compiled
