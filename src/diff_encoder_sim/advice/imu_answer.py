@@ -108,11 +108,13 @@ def imu_answer(
     (shown,), found, of_tests = curves.whole(more_counts[:1]), [], []
     all_fused = [FusedDraws(each.draws, imu, rate_hz) for each in curves.curves]
     draws = int(np.clip(STEPS // max(len(each.drive.rolled.times_s) for each in all_fused), FEWEST_DRAWS, MOST_DRAWS))
+    runs = np.vstack([np.arange(draws), rng.integers(draws, size=(RESAMPLED, draws))])
     for curve, fused in zip(curves.curves, all_fused):
-        errors = dict(zip(counts, fused.errors([*map(curves.encoder, counts)], draws, FUSED_CAUSES)))
-        with_imu, without = (_resampled(each, requirement, rng) for each in (errors, curve.errors))
+        errors = fused.errors([*map(curves.encoder, counts)], draws, FUSED_CAUSES)
+        plain = curve.draws.errors([*map(curves.encoder, sorted(curve.errors))], draws)  # of the same wheels
+        with_imu, without = (_resampled(each, requirement, runs) for each in (errors, plain))
         equal = (_estimate(_crossings(sorted(curve.errors), without, each), confidence) for each in with_imu.T)
-        found.append(FusedCurve(curve, fused, errors, dict(zip(counts, equal))))
+        found.append(FusedCurve(curve, fused, dict(zip(counts, errors)), dict(zip(counts, equal))))
         of_tests.append(with_imu)
     smallest = _estimate(_crossings(counts, np.max(of_tests, axis=0), np.ones(1 + RESAMPLED)), confidence)
     budgets = {each.plain.test: _budgets(each, curves.encoder(shown), draws) for each in found if has_budgets}
@@ -131,16 +133,10 @@ def _budgets(curve: FusedCurve, encoder: EncoderParams, draws: int) -> Tuple[Bud
     return odometry_budgets(curve.plain.draws, [encoder])[0], with_imu
 
 
-def _resampled(errors: Dict[float, np.ndarray], requirement: Requirement, rng: np.random.Generator) -> np.ndarray:
-    """Return (1 + RESAMPLED, counts) errors that the required fraction does not exceed: of the draws, and bootstrapped.
-
-    They are in units of the tolerance. Order statistic k of n resampled draws has the rank ceil(n beta(k, n - k + 1)).
-    """
-    draws = min(map(len, errors.values()))
-    rank = math.ceil(requirement.share * draws)
-    ranks = np.ceil(draws * rng.beta(rank, draws - rank + 1, RESAMPLED)).astype(np.int64)
-    ordered = np.sort([(np.abs(errors[each][:draws]) / requirement.tolerances).max(axis=1) for each in sorted(errors)])
-    return np.asarray(ordered[:, np.append(rank, ranks) - 1].T)
+def _resampled(errors: Sequence[np.ndarray], requirement: Requirement, runs: np.ndarray) -> np.ndarray:
+    """Return (n, counts) errors that the required fraction of `runs` (n, draws) does not exceed, in tolerances."""
+    worst = np.array([(np.abs(each) / requirement.tolerances).max(axis=1) for each in errors])
+    return np.array([np.quantile(worst[:, chosen], requirement.share, axis=1) for chosen in runs])
 
 
 def _crossings(counts: Sequence[float], errors: np.ndarray, levels: np.ndarray) -> np.ndarray:

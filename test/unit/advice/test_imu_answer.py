@@ -74,6 +74,13 @@ def test_fused_heading_is_at_most_as_uncertain_as_by_the_wheels(name, segment):
     assert heading_rms(fused) < 1.1 * heading_rms(errors)
 
 
+def test_accelerations_do_not_pass_for_errors_of_distances():
+    """Nothing measures the mean radius: the line is wrong by its error only."""
+    draws = draws_of(('straight', 5.0), radius_spread=0.01)
+    (errors,) = FusedDraws(draws, IMUS['mpu6050'], RATE_HZ).errors([encoder_of(1024)], DRAWS, FUSED_CAUSES)
+    assert math.sqrt(np.mean(errors[:, 0] ** 2)) < 1.6 * 5.0 * 0.01 / math.sqrt(2.0)
+
+
 @pytest.fixture(scope='module')
 def answer():
     with pytest.MonkeyPatch.context() as patch:
@@ -128,13 +135,3 @@ def test_an_imu_that_does_not_help_is_named(answer, equal, text):
 )
 def test_lowest_counts_in_words(answer, smallest, text):
     assert str(answer._replace(smallest=Estimate(*smallest))).startswith(text)
-
-
-def test_order_statistics_of_resampled_draws_are_those_of_the_bootstrap():
-    rng = np.random.default_rng(1)
-    errors = {90.0: np.abs(rng.standard_normal((200, 1))) * [1.0, 0.0, 0.0]}
-    requirement = Requirement(0.8, 1.0, 1.0)
-    found = module._resampled(errors, requirement, rng)[:, 0]
-    plain = np.sort(rng.choice(errors[90.0][:, 0], (400, 200)), axis=1)[:, 159]
-    assert found[0] == np.sort(errors[90.0][:, 0])[159]
-    assert [found[1:].mean(), found[1:].std()] == pytest.approx([plain.mean(), plain.std()], rel=0.1)
