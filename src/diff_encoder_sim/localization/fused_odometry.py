@@ -46,7 +46,7 @@ class FusedOdometry:
         self._largest_bias_radps = LARGEST_BIAS_STD * math.hypot(imu.gyroscope.bias, imu.gyroscope.bias_drift)
         self._pulses = PulseTotals(odometry.counter_limits)
         geometry = odometry.m_per_pulse, odometry.wheel_separation, odometry.travel_variance
-        wheels = WheelErrors(*geometry, *odometry.geometry_std, odometry.axle_x)
+        wheels = WheelErrors(*geometry, *odometry.geometry_std, odometry.axle_x, odometry.curve_noise or 0.0)
         self._filter, self.slip = WheelGyroFilter(params, wheels, imu), SlipDetector(params, wheels, imu)
         self.reset()
 
@@ -161,7 +161,9 @@ class FusedOdometry:
         """Return the estimate, or none before the end of the period; check the bias."""
         fused = self._filter.estimate
         bias_radps = float(fused.gyro_bias_radps)
-        if not self._is_bias_wrong and abs(bias_radps) > self._largest_bias_radps > 0.0:
+        # Slip at the start of a fast rotation also looks like a bias, until the robot rests.
+        is_known = self._filter.is_at_rest or self.slip.state.is_slipping
+        if is_known and not self._is_bias_wrong and abs(bias_radps) > self._largest_bias_radps > 0.0:
             self._is_bias_wrong, self._has_gyro = True, False
             self._rates.clear()
             given = f'IMU: estimated bias {bias_radps:.3g} rad/s; allowed: up to {self._largest_bias_radps:.3g} rad/s'

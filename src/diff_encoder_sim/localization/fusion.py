@@ -19,7 +19,7 @@ from pydantic import Field, model_validator
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base import bounds
-from diff_encoder_sim.base.imu import ImuParams, InertialSensorParams
+from diff_encoder_sim.base.imu import ImuParams
 from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.params import Params, not_allowed, param
 from diff_encoder_sim.base.se2 import wrap_angles
@@ -29,14 +29,17 @@ FrameId = Annotated[str, Field(min_length=1)]
 
 # States: x, y [m] and yaw [rad] of base_link, speeds [m/s, rad/s], bias of the gyroscope [rad/s], which are ESTIMATED;
 # measured travels of both wheels [m]; relative errors of turns, of the right minus the left diameter, and of distances;
-# relative scale error of the gyroscope; remainders of both wheels [m]; yaw at the last stop [rad].
+# relative scale error of the gyroscope; remainders of both wheels [m]; yaw at the last stop [rad]; delay of
+# rates against counts [s].
 X, Y, YAW, V, OMEGA, BIAS, ESTIMATED = range(7)
-TRAVEL, TURN, DIFFERENCE, DISTANCE, SCALE, REMAINDER, STOP_YAW, STATES = 6, 8, 9, 10, 11, 12, 14, 15
+TRAVEL, TURN, DIFFERENCE, DISTANCE, SCALE, REMAINDER, STOP_YAW, DELAY, STATES = 6, 8, 9, 10, 11, 12, 14, 15, 16
+CONSIDERED = (DISTANCE, DELAY)  # not estimated (Schmidt-Kalman filter): no sensor measures distances, the delay varies
 MOVED = (X, Y, YAW, TRAVEL, TRAVEL + 1)  # by the speeds; before their sources, YAW of X and Y
 
 START_SPEED_STD = 1.0  # [m/s] and [rad/s]: the robot may be in motion at the first report
 READING_VARIANCE = 1e-4  # of counts [counts^2]: small, but the filter must stay regular
 REST_OMEGA_STD, REST_YAW_STD = 1e-4, 1e-6  # [rad/s], [rad]
+SETTLING_STD = 3e-4  # rotation of the body after the wheels have stopped, as on tyres [rad]
 TURNING_STD = 5.0  # a rate this far from the mean since the stop, in standard deviations, means rotation
 RATES_OF_MEAN = 10  # a mean of fewer rates is not used
 HARMONICS = 4  # of the sawtooth
@@ -56,6 +59,9 @@ class FusionParams(Params):
     )
     angular_process_noise: Annotated[float, bounds.Between(1e-9, 1e6, 'rad^2/s^3')] = param(
         3.0, 'variance of the change of the angular speed in a second [rad^2/s^3]'
+    )
+    delay_std: bounds.Duration_s = param(
+        0.002, 'standard deviation of the time of rates minus that of counts; elastic slip in turns acts as a delay [s]'
     )
     standing_reports: bounds.Count = param(10, 'reports without a count, and without rotation, until the robot rests')
     wheel_timeout: bounds.PositiveDuration_s = param(0.5, 'without counts for longer, no motion is reported [s]')
@@ -81,6 +87,7 @@ class WheelErrors(NamedTuple):
     turn_std: float = 0.0
     diameter_difference_std: float = 0.0  # right minus left, relative to their mean
     axle_x_m: float = 0.0  # place of the axle ahead of base_link
+    curve_noise: float = 0.0  # of a wheel's travel per metre of it and lateral acceleration squared [m^2/m/(m/s^2)^2]
 
 
 FILTER = np.dtype(
@@ -141,7 +148,7 @@ class WheelGyroFilter:
 
     def reset(self) -> None:
         """Return to pose zero; the next report of counts is the start."""
-        self._filter = _new_filter(self._wheels, self._gyroscope)
+        self._filter = self._new_filter()
 
     def take_gyro(self, stamp_ns: int, yaw_rate_radps: float) -> None:
         """Process a finite rate about the vertical axis; before the first counts it is ignored.
@@ -169,6 +176,11 @@ class WheelGyroFilter:
         estimated = self._filter['mean'][:ESTIMATED].copy(), self._filter['cov'][:ESTIMATED, :ESTIMATED].copy()
         return _estimate_of(self._filter['stamp_ns'], *estimated)
 
+    @property
+    def is_at_rest(self) -> bool:
+        """Return whether the robot has stood for `standing_reports`."""
+        return bool(self._filter['standing'] >= self.params.standing_reports)
+
     def run(
         self, stamps_ns: np.ndarray, yaw_rates_radps: np.ndarray, report_stamps_ns: np.ndarray, counts: np.ndarray
     ) -> FusedEstimate:
@@ -182,9 +194,26 @@ class WheelGyroFilter:
         """
         reports = len(report_stamps_ns)
         means, covs = np.zeros((reports, ESTIMATED)), np.zeros((reports, ESTIMATED, ESTIMATED))
-        filter_ = _new_filter(self._wheels, self._gyroscope)
+        filter_ = self._new_filter()
         _run(filter_, self._model, stamps_ns, yaw_rates_radps, report_stamps_ns, counts, means, covs)
         return _estimate_of(report_stamps_ns, means, covs)
+
+    def _new_filter(self) -> Any:
+        """Return a FILTER before the first counts: each remainder is uniform."""
+        wheels, gyroscope, filters = self._wheels, self._gyroscope, np.zeros(1, FILTER)
+        filters['counts_ns'] = filters['rate_ns'] = -1
+        mean, cov = filters['mean'][0], filters['cov'][0]
+        for wheel, m_per_count in enumerate(wheels.m_per_count):
+            both = [TRAVEL + wheel, REMAINDER + wheel]
+            mean[both] = filters['travel_m'][0, wheel] = 0.5 * m_per_count
+            cov[np.ix_(both, both)] = m_per_count**2 / 12.0
+        uncertain = [V, OMEGA, TURN, DIFFERENCE, DISTANCE, BIAS, SCALE, DELAY]
+        geometry_stds = wheels.turn_std, wheels.diameter_difference_std, wheels.distance_std
+        bias_std_radps = math.hypot(gyroscope.bias, gyroscope.bias_drift)
+        of_rates = bias_std_radps, gyroscope.scale_error, self.params.delay_std
+        stds = [START_SPEED_STD, START_SPEED_STD, *geometry_stds, *of_rates]
+        cov[uncertain, uncertain] = np.square(stds)
+        return filters[0]
 
 
 def warm_up() -> None:
@@ -193,23 +222,6 @@ def warm_up() -> None:
     made.run(stamps_ns, np.zeros(2), stamps_ns, np.zeros((2, 2), np.int64))
     made.take_counts(0, 0, 0)
     made.take_gyro(1, 0.0)
-
-
-def _new_filter(wheels: WheelErrors, gyroscope: InertialSensorParams) -> Any:
-    """Return a FILTER before the first counts: each remainder is uniform in a count."""
-    filters = np.zeros(1, FILTER)
-    filters['counts_ns'] = filters['rate_ns'] = -1
-    mean, cov = filters['mean'][0], filters['cov'][0]
-    for wheel, m_per_count in enumerate(wheels.m_per_count):
-        both = [TRAVEL + wheel, REMAINDER + wheel]
-        mean[both] = filters['travel_m'][0, wheel] = 0.5 * m_per_count
-        cov[np.ix_(both, both)] = m_per_count**2 / 12.0
-    uncertain = [V, OMEGA, TURN, DIFFERENCE, DISTANCE, BIAS, SCALE]
-    geometry_stds = wheels.turn_std, wheels.diameter_difference_std, wheels.distance_std
-    bias_std_radps = math.hypot(gyroscope.bias, gyroscope.bias_drift)
-    stds = [START_SPEED_STD, START_SPEED_STD, *geometry_stds, bias_std_radps, gyroscope.scale_error]
-    cov[uncertain, uncertain] = np.square(stds)
-    return filters[0]
 
 
 def _estimate_of(stamp_ns: np.ndarray, mean: np.ndarray, cov: np.ndarray) -> FusedEstimate:
@@ -260,7 +272,8 @@ def _move(filter_: Any, model: Any, interval_s: float) -> None:
                 cov[row, column] += model.speed_noise[speed] * noise_s * effect[row] * effect[column]
     for wheel in range(2):
         rim_m = (v + (2.0 * wheel - 1.0) * half_m * omega) * interval_s
-        cov[TRAVEL + wheel, TRAVEL + wheel] += model.travel_variance * abs(rim_m)
+        variance_m = model.travel_variance + model.curve_noise * (v * omega) ** 2
+        cov[TRAVEL + wheel, TRAVEL + wheel] += variance_m * abs(rim_m)
     cov[BIAS, BIAS] += model.bias_noise * interval_s
 
 
@@ -274,13 +287,13 @@ def _correct(filter_: Any, slopes: Array, error: float, variance: float) -> None
         variance += slopes[state] * gains[state]
     if variance <= 0.0:  # known exactly, of an ideal sensor
         return
-    distance_error, distance_variance = filter_.mean[DISTANCE], cov[DISTANCE, DISTANCE]
     for state in range(STATES):
-        filter_.mean[state] += gains[state] * error / variance
+        is_considered = state in CONSIDERED
+        if not is_considered:
+            filter_.mean[state] += gains[state] * error / variance
         for other in range(STATES):
-            cov[state, other] -= gains[state] * gains[other] / variance
-    # Nothing measures the error of distances: it is considered, and not estimated (Schmidt-Kalman filter).
-    filter_.mean[DISTANCE], cov[DISTANCE, DISTANCE] = distance_error, distance_variance
+            if not (is_considered and other in CONSIDERED):
+                cov[state, other] -= gains[state] * gains[other] / variance
 
 
 @compiled
@@ -402,6 +415,7 @@ def _process_counts(filter_: Any, model: Any, stamp_ns: int, left: int, right: i
     for wheel in range(2):
         slopes = np.zeros(STATES)
         slopes[TRAVEL + wheel], slopes[REMAINDER + wheel] = 1.0, -1.0
+        slopes[DELAY] = (wheel - 0.5) * model.separation_m * mean[OMEGA]  # not of V, which is too noisy
         error_m = _count_error_m(filter_, model, wheel, totals[wheel])
         _correct(filter_, slopes, error_m, READING_VARIANCE * model.m_per_count[wheel] ** 2)
     for wheel in range(2):
@@ -424,6 +438,7 @@ def _begin_rest(filter_: Any) -> None:
         filter_.cov[STOP_YAW, other] = filter_.cov[YAW, other]
     for other in range(STATES):
         filter_.cov[other, STOP_YAW] = filter_.cov[other, YAW]
+    filter_.cov[STOP_YAW, STOP_YAW] += SETTLING_STD**2
 
 
 @compiled

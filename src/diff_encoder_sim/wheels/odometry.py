@@ -141,7 +141,7 @@ class WheelOdometry:
     def __init__(self, params: OdometryParams) -> None:
         self.params = params
         self.pulses, self._m_per_pulse = PulseTotals(params.counter_limits), params.m_per_pulse
-        self._geometry_std = params.geometry_std
+        self._geometry_std, self._reading_m2 = params.geometry_std, params.reading_variances_m2
         self._noise, self._curve_noise = params.travel_variance, params.curve_noise or 0.0
         self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
         self.reset()
@@ -212,8 +212,8 @@ class WheelOdometry:
     def _estimate(self, stamp_ns: int, wheel_rates_radps: Optional[WheelRates]) -> OdometryEstimate:
         linear_mps, angular_radps, of_twist = self._twists.twist(self._totals, wheel_rates_radps)
         axle_x_m = self.params.axle_x
-        reading_m2, separation_m = self.params.reading_variances_m2, self.params.wheel_separation
-        of_counts = quantisation_covariance(self._pose, reading_m2, separation_m, self._remainders)
+        separation_m = self.params.wheel_separation
+        of_counts = quantisation_covariance(self._pose, self._reading_m2, separation_m, self._remainders)
         of_geometry = geometry_covariance(self._geometry_errors, self._geometry_std)
         covariance = self._motion_covariance.plus(of_counts).plus(of_geometry)
         if axle_x_m:

@@ -136,6 +136,27 @@ def test_a_robot_at_rest_learns_the_bias_from_all_rates_since_it_stopped():
     assert estimate.pose[2] == pytest.approx(0.0, abs=1e-5)
 
 
+def test_elastic_slip_at_the_start_of_a_turn_is_no_bias():
+    """Wheels that turn are 1.2 ms ahead of the robot, as with slip in proportion to the acceleration."""
+    imu, d_m, ahead_s = IMUS['stim300'], 1.5e-4, 0.0012
+    made = WheelGyroFilter(FusionParams(), WheelErrors((d_m, d_m), 0.4), imu)
+
+    def yaw_rad(time_s):
+        """Accelerate to 1 rad/s from 0.1 to 0.3 s, stop from 5.0 to 5.2 s."""
+        up_s, down_s = np.clip(time_s - 0.1, 0.0, 0.2), np.clip(time_s - 5.0, 0.0, 0.2)
+        return 2.5 * up_s**2 - 2.5 * down_s**2 + max(0.0, time_s - 0.3) - max(0.0, time_s - 5.2)
+
+    for tick in range(701):
+        time_s = 0.01 * tick
+        rate_radps = (yaw_rad(time_s + 1e-6) - yaw_rad(time_s - 1e-6)) / 2e-6
+        made.take_gyro(10_000_000 * tick, float(rate_radps))
+        if tick % 5 == 0:
+            count = math.floor(0.2 * (yaw_rad(time_s) + ahead_s * rate_radps) / d_m)
+            made.take_counts(10_000_000 * tick, -count, count)
+            assert abs(made.estimate.gyro_bias_radps) < 3.0 * math.sqrt(made.estimate.gyro_bias_variance)
+    assert made.estimate.pose[2] == pytest.approx(4.9 - 2.0 * math.pi, abs=1e-3)
+
+
 def test_a_turn_between_two_counts_is_no_rest():
     """Of wheels with few counts, only the gyroscope shows it."""
     made = started(wheels=WheelErrors((1.0, 1.0), 0.4))
