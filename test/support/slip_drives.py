@@ -1,4 +1,4 @@
-"""Sampled drives with and without slip, and what the detector reports of them."""
+"""Sampled drives with and without slip, and the reports of the detector."""
 
 import numpy as np
 

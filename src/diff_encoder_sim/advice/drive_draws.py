@@ -380,7 +380,7 @@ class DriveDraws:
         return np.stack([cos * x_m - sin * y_m, sin * x_m + cos * y_m, wrap_angles(error_rad)], axis=-1)
 
     def _slip_by_motion(self) -> np.ndarray:
-        """Return (n, 2) what the wheels turn beyond rolling [m], by the slip by motion; ends and geometry vary less."""
+        """Return the (n, 2) travel of the wheels beyond rolling [m], by slip by motion; ends and geometry vary less."""
         by_motion, rolled = self.robot.errors.slip.by_motion, self.drive.rolled
         return extra_travel(by_motion, rolled.times_s, rolled.ways_m, rolled.separation_m)[self._rows]
 

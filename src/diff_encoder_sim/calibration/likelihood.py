@@ -19,7 +19,7 @@ from diff_encoder_sim.simulation.slip import extra_travel
 
 WINDOW_S, PARTS = 2.0, 4  # of a window; the robot's slip within a window is that between its parts
 
-# The parameters, in this order: logarithms of what is positive. The last two only if slip by motion is estimated.
+# The parameters, in this order: logarithms of positive ones. The last two only if slip by motion is estimated.
 NAMES = (
     *('left_wheel_diameter_m', 'right_wheel_diameter_m', 'wheel_separation_m'),
     *('reference_x_m', 'reference_y_m', 'reference_yaw_rad', 'reference_delay_s'),

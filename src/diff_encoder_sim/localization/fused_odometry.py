@@ -92,7 +92,7 @@ class FusedOdometry:
             self.reset()
             self._of_wheels.advance(stamp_ns)
         if self._rates_until_ns is None:
-            self._rates_until_ns = stamp_ns  # the first rates may still come
+            self._rates_until_ns = stamp_ns  # the first rates may still arrive
         if self._has_gyro and stamp_ns - self._rates_until_ns > self._gyro_timeout_ns:
             self._has_gyro = False
             self._warn_once('silence', f'IMU: no sample for {self._params.gyro_timeout:g} s')
@@ -146,7 +146,7 @@ class FusedOdometry:
         if wheels_ns is None or self._reports or stamp_ns - wheels_ns <= self._wheel_timeout_ns:
             return []
         self._warn_once(
-            'wheels', f'no counts for {self._params.wheel_timeout:g} s', 'reporting no motion until they come'
+            'wheels', f'no counts for {self._params.wheel_timeout:g} s', 'reporting no motion until the next ones'
         )
         self._pass_rates(stamp_ns)
         self._filter.take_time(stamp_ns)

@@ -4,6 +4,9 @@ Counting is a bounded error, not white noise. The filter therefore estimates the
 the part of it that is not counted yet: `counts x metres per count = travel - remainder` has hardly any noise. The
 remainder is uniform in a count, and a sawtooth of the travel (docs/adr/0002-odometry-covariance.md).
 
+Elastic slip in proportion to the acceleration makes a wheel turn ahead of the robot: it acts as a delay of the
+gyroscope, like an error of the clocks. The filter considers the uncertainty of the delay, and does not estimate it.
+
 At rest, neither the speeds nor the heading since the wheels stopped change (zero velocity and zero integrated heading
 rate, Groves, Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2nd edition, section 15.3).
 The heading at the stop is a state, so that all samples since then contribute to the bias.

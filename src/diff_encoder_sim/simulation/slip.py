@@ -132,7 +132,7 @@ class Floor(NamedTuple):
 def slips_by_motion(
     by_motion: Tuple[float, float], speeds_mps: Any, accelerations_mps2: Any, separation_m: float
 ) -> Tuple[Any, Any]:
-    """Return how far the left and the right wheel turn forward beyond their rolling, per distance rolled.
+    """Return the forward travel of the left and the right wheel beyond their rolling, per distance rolled.
 
     `by_motion` is `WheelSlipParams.by_motion`; speeds and accelerations are pairs, left and right, of numbers or
     arrays. A tyre slips in proportion to its longitudinal force (Pacejka, Tire and Vehicle Dynamics, 2012, section
@@ -150,7 +150,7 @@ def slips_by_motion(
 def extra_travel(
     by_motion: Tuple[float, float], times_s: np.ndarray, travels_m: np.ndarray, separation_m: float
 ) -> np.ndarray:
-    """Return the mean of what wheels turn beyond their rolling, forward, since the start of a drive [m].
+    """Return the mean forward travel of wheels beyond their rolling, since the start of a drive [m].
 
     On a floor with SDF's default friction.
 
