@@ -90,4 +90,4 @@ def assumed_wheels(robot: DrawnRobot, odometry: OdometryParams) -> WheelErrors:
         scale, ratio, turning = np.sqrt(robot.calibrated_covariance.diagonal()).tolist()
         stds = scale, turning, ratio
     slip_m = max(slip_m, separation_m * slip_rad)  # in place, a wheel travels half of the separation per radian
-    return WheelErrors(odometry.m_per_pulse, separation_m, slip_m, *stds, odometry.axle_x)
+    return WheelErrors(odometry.m_per_pulse, separation_m, slip_m, *stds, odometry.axle_x, odometry.curve_noise or 0.0)

@@ -327,6 +327,7 @@ class LaunchOptions:
     amcl_config: Optional[str] = _file('amcl')
     navigation_config: Optional[str] = _file('navigation')
     slam_config: Optional[str] = _file('slam')
+    fusion_config: Optional[str] = _file('fusion')
     sim: str = option('', 'pybullet, if it simulates the wheels', 'NAME')
 
 

@@ -166,8 +166,13 @@ def reencoding(options: DriveOptions, command: str = 'reencode') -> Reencoding:
 
 def _imus(options: DriveOptions) -> List[Optional[ImuParams]]:
     """Return none, for odometry of wheels only, and with fusion the IMU."""
-    is_fused, folder = options.fusion != 'none', package_folder() / 'config'
-    return [None, load_imu(options.imu, folder, Path()).imu] if is_fused else [None]
+    if options.fusion == 'none':
+        if options.imu:
+            raise ConfigError(f'--imu: given {options.imu} without fusion; allowed: with --fusion embedded')
+        return [None]
+    if not options.imu:
+        raise ConfigError(f'--fusion: given {options.fusion} without an IMU; allowed: with --imu, such as mpu6050')
+    return [None, load_imu(options.imu, package_folder() / 'config', Path()).imu]
 
 
 def _start_phases(options: DriveOptions, opened: OpenedDrive) -> Optional[np.ndarray]:

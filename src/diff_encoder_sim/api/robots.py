@@ -31,7 +31,7 @@ from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryPa
 OWN_PPR, OWN_NOISE = 'config.ppr', 'config.motion_noise'
 SIMULATED = 'pybullet'  # simulator with the wheel errors of the parameters
 _ABSENT = object()
-FILES = ('config', 'simulator', 'amcl', 'navigation', 'slam')
+FILES = ('config', 'simulator', 'amcl', 'navigation', 'slam', 'fusion')
 COSTMAPS = ('global_costmap', 'local_costmap')
 
 

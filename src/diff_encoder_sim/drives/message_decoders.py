@@ -200,13 +200,11 @@ def decode_pulses(decoder: JointDecoder, raw: bytes) -> EncoderSample:
 
 
 def decode_imu(raw: bytes, is_cdr: bool = False) -> Tuple[int, str, float]:
-    """Decode the stamp [ns], the frame and the angular velocity about z [rad/s] of a sensor_msgs/Imu."""
+    """Decode stamp [ns], frame and angular velocity about z [rad/s] of a sensor_msgs/Imu; NaN if it is not measured."""
     fields = FieldReader(raw, is_cdr)
     stamp_ns, frame = fields.header()
     *_, yaw_rate_radps, variance = fields.unpack(_ORIENTATION_AND_RATES, NUMBER_SIZE)
-    if variance == -1.0:
-        raise InputFault('no angular velocity: its covariance begins with -1')
-    return stamp_ns, frame, yaw_rate_radps
+    return stamp_ns, frame, math.nan if variance == -1.0 else yaw_rate_radps
 
 
 def decode_wheel_speeds(raw: bytes) -> Tuple[int, Tuple[float, float]]:

@@ -154,7 +154,8 @@ class Encoder(NamedTuple):
         """Return the fused odometry of reports with times of recording, with the times at which it is due."""
         if self.imu is None or not times_ns:
             return []
-        fusion = FusedOdometry(FusionParams(frequency=FUSED_RATE_HZ), self.odometry, self.imu)
+        params = FusionParams(frequency=FUSED_RATE_HZ, base_link_frame=self.odometry.base_frame)
+        fusion = FusedOdometry(params, self.odometry, self.imu)
         within = ((time_ns, each) for time_ns, each in read.imu if times_ns[0] <= time_ns <= times_ns[-1])
         return list(fusion.run(within, zip(times_ns, (sample[:3] for sample in run.samples()))))
 

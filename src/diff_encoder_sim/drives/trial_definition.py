@@ -153,4 +153,4 @@ def wheels_of(odometry: OdometryParams, encoder: EncoderParams) -> Dict[str, Any
 def with_encoder(trial: Trial, encoder: EncoderParams, odometry: OdometryParams, name: str = '') -> Trial:
     """Return the same trial as if it had been driven with another encoder, which may have a name, and odometry."""
     counted = {'ppr': encoder.counts_per_turn, 'encoder': name, 'resolution': resolution_text(encoder.encoder)}
-    return trial.model_copy(update={**counted, 'odom': 'encoder', **wheels_of(odometry, encoder)})
+    return trial.model_copy(update={**counted, 'odom': 'encoder', 'fusion': 'none', **wheels_of(odometry, encoder)})

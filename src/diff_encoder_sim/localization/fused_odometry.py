@@ -23,7 +23,10 @@ from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS, Bounda
 log = logging.getLogger(__name__)
 
 ImuReading = Tuple[int, str, float]  # stamp [ns], frame, angular velocity about the vertical axis [rad/s]
+LARGEST_RATE_RADPS = 1000.0  # without a range of the gyroscope
 LARGEST_BIAS_STD = 5.0  # of the estimated bias, in standard deviations by the parameters of the gyroscope
+BAD_STAMPS = ('stamp', 'age', 'ahead')  # causes
+RATED_SAMPLES, RATE_TOLERANCE = 100, 0.25  # of the measured rate of samples, relative
 MOST_WAITING = 1000  # rates; older ones are dropped
 
 
@@ -40,9 +43,11 @@ class FusedOdometry:
     def __init__(self, params: FusionParams, odometry: OdometryParams, imu: ImuParams) -> None:
         self._params, self._axle_x_m = params, odometry.axle_x
         self._frames = list(dict.fromkeys((params.base_link_frame, imu.frame)))
+        self._rate_hz = imu.rate
         self._latency_ns, self._due_after_ns = imu.latency_ns, imu.latency_ns + imu.period_ns
         self._wheel_timeout_ns = round(params.wheel_timeout * NANOSECONDS_PER_SECOND)
         self._gyro_timeout_ns = round(params.gyro_timeout * NANOSECONDS_PER_SECOND)
+        self._largest_rate_radps = imu.gyroscope.range or LARGEST_RATE_RADPS
         self._largest_bias_radps = LARGEST_BIAS_STD * math.hypot(imu.gyroscope.bias, imu.gyroscope.bias_drift)
         self._pulses = PulseTotals(odometry.counter_limits)
         geometry = odometry.m_per_pulse, odometry.wheel_separation, odometry.travel_variance
@@ -59,6 +64,8 @@ class FusedOdometry:
         self._reports: Deque[Tuple[int, int, int]] = deque()  # that wait for rates
         self._sampler = BoundarySampler(self._params.frequency)
         self._of_wheels, self._of_imu = Timeline(LATE_REPORT_TOLERANCE_NS), Timeline(0)
+        self._samples, self._first_sample_ns = 0, 0
+        self._imu_at_report_ns = 0  # newest stamp of the IMU, or of the wheels, at the last report
         self._rates_until_ns: Optional[int] = None  # reports before this time need no more rates
         self._has_gyro, self._is_bias_wrong = True, False
         self._estimate_ns = -1  # newest stamp
@@ -73,8 +80,13 @@ class FusedOdometry:
         self._has_gyro = not cause
         if cause:
             self._warn_once(cause, f'IMU: {text}')
-        else:
+        if cause in BAD_STAMPS:
+            self._rates.clear()
+            self._samples = 0
+            return self._released()
+        if not cause:
             self._rates.append((stamp_ns, yaw_rate_radps))
+            self._check_rate(stamp_ns)
             self._rates_until_ns = stamp_ns + self._due_after_ns
         return [*self._released(), *self._without_reports(stamp_ns)]
 
@@ -96,6 +108,7 @@ class FusedOdometry:
         if self._has_gyro and stamp_ns - self._rates_until_ns > self._gyro_timeout_ns:
             self._has_gyro = False
             self._warn_once('silence', f'IMU: no sample for {self._params.gyro_timeout:g} s')
+        self._imu_at_report_ns = max(stamp_ns, self._of_imu.newest_ns or 0)
         self._reports.append(self._pulses.read(stamp_ns, left_count, right_count))
         return self._released()
 
@@ -112,15 +125,34 @@ class FusedOdometry:
     def _fault(self, stamp_ns: int, frame: str, yaw_rate_radps: float) -> Tuple[str, str]:
         """Return why a sample is not used: the cause, and a text; empty if it is good."""
         stamp_s, wheels_ns = stamp_ns / NANOSECONDS_PER_SECOND, self._of_wheels.newest_ns
+        before_ns, longest_s = self._of_imu.newest_ns, self._params.gyro_timeout
+        # Overdue reports do not put the IMU ahead, unless its stamp jumps.
+        is_overdue = stamp_ns - self._imu_at_report_ns > self._wheel_timeout_ns
+        last_ns = max(wheels_ns or 0, before_ns or 0 if is_overdue else 0)
+        if wheels_ns is not None and stamp_ns - last_ns > self._gyro_timeout_ns:
+            return 'ahead', f'stamp {stamp_s:.3f} s; allowed: up to {longest_s:g} s after the counts'
         if self._of_imu.advance(stamp_ns) is not Step.NEW:
             return 'stamp', f'stamp {stamp_s:.3f} s; allowed: later than the one before'
         if wheels_ns is not None and wheels_ns - stamp_ns > self._gyro_timeout_ns:
-            return 'age', f'stamp {stamp_s:.3f} s; allowed: up to {self._params.gyro_timeout:g} s before the counts'
+            return 'age', f'stamp {stamp_s:.3f} s; allowed: up to {longest_s:g} s before the counts'
         if frame.lstrip('/') not in self._frames:
             return 'frame', f'frame {frame!r}; allowed: {" or ".join(self._frames)}'
-        if not math.isfinite(yaw_rate_radps):
-            return 'rate', f'angular velocity {yaw_rate_radps} rad/s; allowed: finite numbers'
+        if not abs(yaw_rate_radps) <= self._largest_rate_radps:
+            return (
+                'rate',
+                f'angular velocity {yaw_rate_radps:g} rad/s; allowed: up to {self._largest_rate_radps:g} rad/s',
+            )
         return ('bias', 'wrong bias') if self._is_bias_wrong else ('', '')
+
+    def _check_rate(self, stamp_ns: int) -> None:
+        self._samples += 1
+        if self._samples == 1:
+            self._first_sample_ns = stamp_ns
+        elif self._samples == RATED_SAMPLES:
+            rate_hz = (RATED_SAMPLES - 1) * NANOSECONDS_PER_SECOND / (stamp_ns - self._first_sample_ns)
+            if abs(rate_hz / self._rate_hz - 1.0) > RATE_TOLERANCE:
+                text = f'IMU: {rate_hz:.0f} samples per second; allowed: about its parameter rate, {self._rate_hz:g} Hz'
+                self._warn_once('number', text, 'the covariance is wrong, and slip may not be detected')
 
     def _warn_once(self, cause: str, text: str, reaction: str = 'continuing with the wheels') -> None:
         if cause not in self._warned:
@@ -143,7 +175,8 @@ class FusedOdometry:
     def _without_reports(self, stamp_ns: int) -> List[OdometryEstimate]:
         """Return an estimate without motion if reports are overdue at this time."""
         wheels_ns = self._of_wheels.newest_ns
-        if wheels_ns is None or self._reports or stamp_ns - wheels_ns <= self._wheel_timeout_ns:
+        is_overdue = stamp_ns - self._imu_at_report_ns > self._wheel_timeout_ns
+        if wheels_ns is None or self._reports or not is_overdue:
             return []
         self._warn_once(
             'wheels', f'no counts for {self._params.wheel_timeout:g} s', 'reporting no motion until the next ones'

@@ -68,7 +68,9 @@ class FusionParams(Params):
     )
     standing_reports: bounds.Count = param(10, 'reports without a count, and without rotation, until the robot rests')
     wheel_timeout: bounds.PositiveDuration_s = param(0.5, 'without counts for longer, no motion is reported [s]')
-    gyro_timeout: bounds.PositiveDuration_s = param(0.5, 'without rates for longer, rest is by counts only [s]')
+    gyro_timeout: bounds.PositiveDuration_s = param(
+        0.5, 'without rates for longer, only the wheels are used; also the largest age of a rate [s]'
+    )
 
     slip_window: bounds.PositiveDuration_s = param(0.5, 'duration of the comparison of wheels and gyroscope [s]')
     slip_threshold: bounds.PositiveWeight = param(5.5, 'difference of the headings that is slip [standard deviations]')

@@ -71,9 +71,9 @@ class SlipDetector:
         self._travels_m, self._path_m = (0.0, 0.0), 0.0
 
     def take_gyro(self, stamp_ns: int, yaw_rate_radps: float) -> None:
-        """Process a finite rate about the vertical axis; stamps increase. A long gap restarts the comparison."""
+        """Process a finite rate about the vertical axis; a long gap, or a step back, restarts the comparison."""
         interval_s = 1e-9 * (stamp_ns - self._rate_ns)
-        if interval_s > self._longest_gap_s:
+        if not 0.0 < interval_s <= self._longest_gap_s:
             self._restart()
         else:
             self._gyro_rad += 0.5 * interval_s * (self._rate_radps + yaw_rate_radps)

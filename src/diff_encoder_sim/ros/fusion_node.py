@@ -63,6 +63,7 @@ class FusionNode:
 
     def _on_reset(self) -> None:
         self._odometry.reset()
+        self._publish_slip(False)
         log.info('reset: odometry starts at pose zero with the next /encoder_pulse')
 
 

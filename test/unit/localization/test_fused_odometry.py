@@ -91,8 +91,13 @@ def test_the_order_of_arrival_does_not_change_the_estimates(latency_s):
 
 
 FAULTS = {
-    'nan': (lambda stamp_ns: (stamp_ns, 'imu_link', math.nan), r'angular velocity nan rad/s; allowed: finite'),
+    'nan': (
+        lambda stamp_ns: (stamp_ns, 'imu_link', math.nan),
+        r'angular velocity nan rad/s; allowed: up to 1000 rad/s',
+    ),
     'infinite': (lambda stamp_ns: (stamp_ns, 'imu_link', -math.inf), r'angular velocity -inf rad/s'),
+    'impossible': (lambda stamp_ns: (stamp_ns, 'imu_link', 1e200), r'angular velocity 1e\+200 rad/s; allowed: up to'),
+    'ahead': (lambda stamp_ns: (stamp_ns + 5 * SECOND_NS, 'imu_link', 9.0), r'allowed: up to 0\.5 s after the counts'),
     'frame': (lambda stamp_ns: (stamp_ns, 'camera', 9.0), r"frame 'camera'; allowed: base_link or imu_link;"),
     'frozen': (lambda stamp_ns: (2 * SECOND_NS, 'imu_link', 9.0), r'stamp 2\.000 s; allowed: later'),
     'decreasing': (lambda stamp_ns: (4 * SECOND_NS - stamp_ns, 'imu_link', 9.0), r'stamp 1\.990 s; allowed: later'),
@@ -139,6 +144,15 @@ def test_a_bias_far_beyond_the_parameters_is_not_used_until_a_reset(caplog):
     caplog.clear()
     assert abs(stand(1000, 2000, 0.02)[-1].base_pose_in_odom.yaw_rad) < 1e-3
     assert not caplog.records
+
+
+def test_samples_at_another_rate_than_that_of_the_parameters_are_reported_once(caplog):
+    fused = made()
+    for tick in range(300):
+        fused.take_imu(5 * TICK_NS * tick, 'imu_link', 0.0)
+        fused.take_counts(5 * TICK_NS * tick, 0, 0)
+    (record,) = caplog.records
+    assert record.getMessage().startswith('IMU: 20 samples per second; allowed: about its parameter rate, 100 Hz')
 
 
 @pytest.mark.parametrize(('seconds', 'unused_s', 'is_gyro_wrong'), [(0.5, 0.5, False), (30.0, 1.8, True)])
