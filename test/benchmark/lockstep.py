@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Dict
 from xml.etree import ElementTree
 
-from bench import ALTO, CONFIG, Ratio, parser, plan_of, print_header, print_table, report_ratios
+from bench import ALTO, CONFIG, ROOT, Ratio, parser, plan_of, print_header, print_table, report_ratios
 
+from diff_encoder_sim.base.imu import imu_settings
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.robots import simulated_robot
 from diff_encoder_sim.robots.description import RobotSource, RobotTree
@@ -30,6 +31,8 @@ BARE = 'bare stepping'
 LIMITS_PHYSICS = PhysicsParams(steps_per_tick=2, solver_iterations=50)
 # Record modes, and how many times the bare stepping a trial of DLD may cost.
 MODES = {'full': 1.6, 'minimal': 1.4, 'none': None}
+# `fusion` of trials with an IMU, recorded in full, and how many times one without an IMU they may cost.
+WITH_IMU, IMU_LIMIT = {'IMU at 100 Hz': 'none', 'fused with IMU': 'embedded'}, 1.1
 
 
 def main() -> None:
@@ -43,12 +46,16 @@ def main() -> None:
         params = override(load_robot_config(CONFIG), {})
         duration_s = run_trial(plan, ALTO, params, 'full').duration_s  # compiles, fills caches
         rounds = [_round(plan, params, duration_s) for _ in range(arguments.repeats)]
-        costs_s = {name: statistics.median(costs[name] for costs in rounds) for name in (*MODES, BARE)}
+        costs_s = {name: statistics.median(costs[name] for costs in rounds) for name in (*MODES, *WITH_IMU, BARE)}
         rows = [[name, f'{cost_s:.2f}', f'{duration_s / cost_s:.0f}'] for name, cost_s in costs_s.items()]
         print_table(rows, [f'{duration_s:.1f} s simulated', 'processor [s]', 'times real time'])
         ratios = [
             Ratio(f'{plan.trial.test.name}, record {mode}', BARE, [costs[mode] / costs[BARE] for costs in rounds], most)
             for mode, most in MODES.items()
+        ]
+        ratios += [
+            Ratio(name, 'record full', [costs[name] / costs['full'] for costs in rounds], IMU_LIMIT)
+            for name in WITH_IMU
         ]
         report_ratios(arguments, ratios)
 
@@ -59,10 +66,12 @@ def _round(plan: TrialPlan, params: RobotParams, duration_s: float) -> Dict[str,
     A machine's speed wanders within minutes: bare stepping before, between and after sees what the trials see.
     """
     bare_s, costs_s = [bare_stepping_s(plan, params, duration_s)], {}
-    for mode in MODES:
+    with_imu = override(load_robot_config(CONFIG), imu_settings('mpu6050', CONFIG, ROOT))
+    for name in (*MODES, *WITH_IMU):
+        driven = plan.model_copy(update={'trial': plan.trial.model_copy(update={'fusion': WITH_IMU.get(name, 'none')})})
         begin_s = time.process_time()
-        run_trial(plan, ALTO, params, mode)
-        costs_s[mode] = time.process_time() - begin_s
+        run_trial(driven, ALTO, with_imu if name in WITH_IMU else params, name if name in MODES else 'full')
+        costs_s[name] = time.process_time() - begin_s
         bare_s.append(bare_stepping_s(plan, params, duration_s))
     return {**costs_s, BARE: statistics.mean(bare_s)}
 
