@@ -45,7 +45,7 @@ class FusedDraws(DriveDraws):
         self._true_rates_radps = (right_mps - left_mps) / rolled.separation_m
         self._ways_m = 0.25 * (before_m + 2.0 * self._ways_m + after_m)
         self._ends = poses_of_wheels(self._ways_m, 1.0, 1.0, rolled.separation_m, self.robot.axle_x_m, True)[:, -1]
-        self._interval_s, density = 1.0 / rate_hz, math.sqrt(imu.gyroscope.noise_variance(imu.rate) / imu.rate)
+        self._interval_s, density = 1.0 / rate_hz, math.sqrt(imu.gyroscope.integral_variance(imu.rate))
         averaged = imu.gyroscope.model_copy(update={'noise_density': density, 'resolution': 0.0})
         self._imu = ImuParams(gyroscope=averaged, rate=rate_hz)
 

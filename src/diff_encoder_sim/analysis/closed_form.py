@@ -61,7 +61,7 @@ def gyro_heading_std_rad(imu: ImuParams, standstill_s: float, time_s: np.ndarray
     grown, grown_at_rest = np.expm1(-time_s / constant_s), math.expm1(-standstill_s / constant_s)
     drift = time_s / constant_s + grown + ratio**2 * (standstill_s / constant_s + grown_at_rest)
     drift = 2.0 * (imu.gyroscope.bias_drift * constant_s) ** 2 * (drift - ratio * grown * grown_at_rest)
-    white = imu.gyroscope.noise_variance(imu.rate) / imu.rate
+    white = imu.gyroscope.integral_variance(imu.rate)
     return np.asarray(np.sqrt(white * time_s * (1.0 + ratio) + drift))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Tuple
 
@@ -41,9 +42,18 @@ class InertialSensorParams(Params):
         """Standard deviation of the bias drift, a Gauss-Markov process of `bias_time` [unit]."""
         return self.bias_instability / PEAK_ALLAN_DEVIATION
 
+    @property
+    def bias_std(self) -> float:
+        """Standard deviation of the constant offset and its drift together [unit]."""
+        return math.hypot(self.bias, self.bias_drift)
+
     def noise_variance(self, rate_hz: float) -> float:
         """Return the variance of white noise and quantisation of a sample at a rate [unit^2]."""
         return self.noise_density**2 * rate_hz + self.resolution**2 / 12.0
+
+    def integral_variance(self, rate_hz: float) -> float:
+        """Return the variance by white noise and quantisation of the integral over a second [unit^2 s]."""
+        return self.noise_variance(rate_hz) / rate_hz
 
 
 class ImuParams(Params):

@@ -25,7 +25,7 @@ ARROW = '->'  # between two frames of /tf, as users write them: map->base_link
 class PoseSource(enum.Enum):
     """A source of poses, in the order of trials.csv; the value is the prefix of its columns there."""
 
-    ODOM = 'odom'  # odometry alone, of wheels or fused, from the start pose on
+    ODOM = 'odom'  # only odometry, of wheels or fused, from the start pose on
     AMCL = 'amcl'  # the last localization update
     GLOBAL = 'global'  # the pose estimate: localization's map -> odom, and odometry since
     WORLD = 'world'  # ground truth

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import math
 import operator
 from collections import deque
 from typing import Any, Deque, Iterable, Iterator, List, Optional, Sequence, Set, Tuple
@@ -48,7 +47,7 @@ class FusedOdometry:
         self._wheel_timeout_ns = round(params.wheel_timeout * NANOSECONDS_PER_SECOND)
         self._gyro_timeout_ns = round(params.gyro_timeout * NANOSECONDS_PER_SECOND)
         self._largest_rate_radps = imu.gyroscope.range or LARGEST_RATE_RADPS
-        self._largest_bias_radps = LARGEST_BIAS_STD * math.hypot(imu.gyroscope.bias, imu.gyroscope.bias_drift)
+        self._largest_bias_radps = LARGEST_BIAS_STD * imu.gyroscope.bias_std
         self._pulses = PulseTotals(odometry.counter_limits)
         geometry = odometry.m_per_pulse, odometry.wheel_separation, odometry.travel_variance
         wheels = WheelErrors(*geometry, *odometry.geometry_std, odometry.axle_x, odometry.curve_noise or 0.0)
@@ -127,8 +126,7 @@ class FusedOdometry:
         stamp_s, wheels_ns = stamp_ns / NANOSECONDS_PER_SECOND, self._of_wheels.newest_ns
         before_ns, longest_s = self._of_imu.newest_ns, self._params.gyro_timeout
         # Overdue reports do not put the IMU ahead, unless its stamp jumps.
-        is_overdue = stamp_ns - self._imu_at_report_ns > self._wheel_timeout_ns
-        last_ns = max(wheels_ns or 0, before_ns or 0 if is_overdue else 0)
+        last_ns = max(wheels_ns or 0, before_ns or 0 if self._is_overdue(stamp_ns) else 0)
         if wheels_ns is not None and stamp_ns - last_ns > self._gyro_timeout_ns:
             return 'ahead', f'stamp {stamp_s:.3f} s; allowed: up to {longest_s:g} s after the counts'
         if self._of_imu.advance(stamp_ns) is not Step.NEW:
@@ -138,11 +136,13 @@ class FusedOdometry:
         if frame.lstrip('/') not in self._frames:
             return 'frame', f'frame {frame!r}; allowed: {" or ".join(self._frames)}'
         if not abs(yaw_rate_radps) <= self._largest_rate_radps:
-            return (
-                'rate',
-                f'angular velocity {yaw_rate_radps:g} rad/s; allowed: up to {self._largest_rate_radps:g} rad/s',
-            )
+            largest_radps = self._largest_rate_radps
+            return 'rate', f'angular velocity {yaw_rate_radps:g} rad/s; allowed: up to {largest_radps:g} rad/s'
         return ('bias', 'wrong bias') if self._is_bias_wrong else ('', '')
+
+    def _is_overdue(self, imu_ns: int) -> bool:
+        """Return whether reports are overdue, by the clock of the IMU."""
+        return imu_ns - self._imu_at_report_ns > self._wheel_timeout_ns
 
     def _check_rate(self, stamp_ns: int) -> None:
         self._samples += 1
@@ -174,9 +174,7 @@ class FusedOdometry:
 
     def _without_reports(self, stamp_ns: int) -> List[OdometryEstimate]:
         """Return an estimate without motion if reports are overdue at this time."""
-        wheels_ns = self._of_wheels.newest_ns
-        is_overdue = stamp_ns - self._imu_at_report_ns > self._wheel_timeout_ns
-        if wheels_ns is None or self._reports or not is_overdue:
+        if self._of_wheels.newest_ns is None or self._reports or not self._is_overdue(stamp_ns):
             return []
         self._warn_once(
             'wheels', f'no counts for {self._params.wheel_timeout:g} s', 'reporting no motion until the next ones'

@@ -214,8 +214,7 @@ class WheelGyroFilter:
             cov[np.ix_(both, both)] = m_per_count**2 / 12.0
         uncertain = [V, OMEGA, TURN, DIFFERENCE, DISTANCE, BIAS, SCALE, DELAY]
         geometry_stds = wheels.turn_std, wheels.diameter_difference_std, wheels.distance_std
-        bias_std_radps = math.hypot(gyroscope.bias, gyroscope.bias_drift)
-        of_rates = bias_std_radps, gyroscope.scale_error, self.params.delay_std
+        of_rates = gyroscope.bias_std, gyroscope.scale_error, self.params.delay_std
         stds = [START_SPEED_STD, START_SPEED_STD, *geometry_stds, *of_rates]
         cov[uncertain, uncertain] = np.square(stds)
         return filters[0]

@@ -51,8 +51,8 @@ class SlipDetector:
 
     def __init__(self, params: FusionParams, wheels: WheelErrors, imu: ImuParams) -> None:
         self._params, self._wheels, self._gyroscope = params, wheels, imu.gyroscope
-        self._bias_variance = imu.gyroscope.bias**2 + imu.gyroscope.bias_drift**2
-        self._noise = imu.gyroscope.noise_variance(imu.rate) / imu.rate  # [rad^2/s]
+        self._bias_variance = imu.gyroscope.bias_std**2
+        self._noise = imu.gyroscope.integral_variance(imu.rate)  # [rad^2/s]
         self._timing_std_s = 1.0 / imu.rate + imu.latency
         self._longest_gap_s = LONGEST_GAP_PERIODS / imu.rate + imu.latency
         left_rad, right_rad = (each / wheels.separation_m for each in wheels.m_per_count)

@@ -1,4 +1,4 @@
-"""Odometry fused with a gyroscope: against closed forms, the wheels alone, and the counts of equal error."""
+"""Odometry fused with a gyroscope: against closed forms, only wheels, and the counts of equal error."""
 
 import math
 

@@ -52,11 +52,11 @@ def test_the_row_and_the_bag_have_the_fused_odometry(trials):
 
 def test_without_fusion_nothing_changes(trials):
     paths, _ = trials
-    alone = paths['none'].with_name('alone.bag')
+    without_imu = paths['none'].with_name('without_imu.bag')
     drive = CURVE if 'scripted' in str(paths['none']) else {}
     nav = 'scripted' if drive else 'embedded'
-    run_trials([setup(alone, 'none', nav=nav, **drive)], ALTO)
-    assert alone.read_bytes() == paths['none'].read_bytes()
+    run_trials([setup(without_imu, 'none', nav=nav, **drive)], ALTO)
+    assert without_imu.read_bytes() == paths['none'].read_bytes()
 
 
 def test_reencoding_with_the_recorded_rates_gives_the_same_fused_odometry(trials, tmp_path, capsys):
